@@ -117,7 +117,9 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
                                            tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
 {
     bool const over_ranks = ranks::number() > 1;
-    auto const with_homes = [&choice, &map, &demand, options, over_ranks](tilemesh::scene::Map const&) {
+    auto for_homes = options;
+    if (options.program != tilemesh::report::Program::homes) for_homes = render::within(homes_of(choice, demand.sh_degree), options);
+    auto const with_homes = [&choice, &map, &demand, options = for_homes, over_ranks](tilemesh::scene::Map const&) {
         return over_ranks ? ranks::make_homes(choice, demand, options) : make_homes(choice, map, demand, options);
     };
     std::unique_ptr<AnyRenderer> renderer;
@@ -125,7 +127,7 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
         renderer = with_homes(map);
     } else if (over_ranks) {
         renderer = ranks::make(choice, demand, options);
-        bool const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->facts(), options);
+        auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->facts(), options);
         if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     } else {
         auto const setup = setup_for(choice, demand);
@@ -133,7 +135,7 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
         auto const records = needed.gaussians.size();
         auto const make = choice.trace ? make_anchored_traced : make_anchored;
         renderer = make(std::move(needed), render::facts_of(setup), options, choice.engine);
-        bool const may_fit = render::may_fit_anchored(records, renderer->facts(), options);
+        auto const may_fit = render::may_fit_anchored(records, renderer->facts(), options);
         if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
         else if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     }

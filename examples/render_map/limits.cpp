@@ -101,6 +101,17 @@ Extent2 tile_that_fits(Extent2 frame, std::uint32_t tile_pixels)
     return best;
 }
 
+/// Have the tiles of homes room for the pixels of a frame?
+bool homes_have_room(Options const& options, Extent2 frame)
+try {
+    auto unlimited = options.renderer;
+    unlimited.held_slots = 0;
+    tilemesh::render::layout_homes(homes_of(options.choice, 0), unlimited, frame, 1);
+    return true;
+} catch (Error const&) {
+    return false;
+}
+
 void check_framebuffers(Options const& options, Extent2 frame)
 {
     static_assert(splat::Lossless::sizes.tile_pixels == splat::Paper::sizes.tile_pixels &&
@@ -130,7 +141,9 @@ void check_framebuffers(Options const& options, Extent2 frame)
     throw Error("a frame of " + by(frame.width, frame.height) + " pixels does not fit on machine mk2 (" +
                 by(default_grid.width, default_grid.height) + " tiles would have " + by(tile.width, tile.height) +
                 " pixels each, and the framebuffer of a tile has " + std::to_string(tile_pixels) + "); write " +
-                (other.width != 0 ? words("--tile", other) + ", " : "") + words("--size", smaller) + " or --machine test");
+                (other.width != 0 ? words("--tile", other) + ", " : "") + words("--size", smaller) +
+                (options.renderer.program == tilemesh::report::Program::anchored && homes_have_room(options, frame) ? ", --program homes" : "") +
+                " or --machine test");
 }
 
 // --- slots -------------------------------------------------------------------------------------
@@ -251,6 +264,21 @@ std::string roomier(Options const& options, Needs const& needs, std::uint64_t sl
     return text;
 }
 
+MachineKind machine_for(Options const& options, std::vector<Shot> const& shots, std::vector<std::string>& notes)
+{
+    auto const machine = options.choice.machine;
+    if (options.machine_named || options.choice.stays_anchored) return machine;
+    auto const no_room = std::find_if(shots.begin(), shots.end(), [&, last = Extent2{}](Shot const& shot) mutable {
+        Extent2 const size{shot.camera.width, shot.camera.height};
+        if (size.width == last.width && size.height == last.height) return false;
+        last = size;
+        return !homes_have_room(options, size);
+    });
+    if (no_room == shots.end()) return machine;
+    notes.push_back("machine test (64 MiB a tile): a frame of " + by(no_room->camera.width, no_room->camera.height) + " pixels has no room on mk2");
+    return MachineKind::test;
+}
+
 void check_sizes(Options const& options, std::vector<Shot> const& shots)
 {
     auto const& first = shots.front();
@@ -261,7 +289,11 @@ void check_sizes(Options const& options, std::vector<Shot> const& shots)
                         (options.photos ? "leave out --photos" : "add --size") + ", or name one camera with --camera");
         Extent2 const frame{shot.camera.width, shot.camera.height};
         check_memory(options, frame, shots.size());
-        if (options.renderer.program != tilemesh::report::Program::homes) check_framebuffers(options, frame);
+        bool const homes = options.renderer.program == tilemesh::report::Program::homes;
+        if (!homes && (options.choice.stays_anchored || !homes_have_room(options, frame))) check_framebuffers(options, frame);
+        if (homes && options.renderer.grid.width == 0 && !homes_have_room(options, frame))
+            throw Error("a frame of " + by(frame.width, frame.height) + " pixels does not fit on machine " + homes_of(options.choice, 0).machine.name +
+                        " (the tiles of homes have no room for its pixels); choose a smaller --size or --machine test");
     }
 }
 

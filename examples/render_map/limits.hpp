@@ -8,6 +8,10 @@
 
 namespace render_map {
 
+/// The machine that the options name. If they name none, and homes would take over: machine test for frames that have no room on mk2 with either
+/// program. `notes` says so.
+MachineKind machine_for(Options const& options, std::vector<Shot> const& shots, std::vector<std::string>& notes);
+
 /// Refuses frames that would fill the host's memory, and frames for which the default grid of the chosen machine has no framebuffers,
 /// before a tile is built; and with --video, frames of different sizes. Throws `tilemesh::Error`, which says what to type instead.
 void check_sizes(Options const& options, std::vector<Shot> const& shots);

@@ -1,5 +1,6 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
 #include "../shared/codecs.hpp"
+#include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
 #include "../shared/text.hpp"
@@ -113,8 +114,11 @@ void describe_homes(Options const& options, render_map::Needs const& needs, rend
     describe_machine(options, facts_of(choice, layout.sizes, layout.ledger),
                      limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
                      renderer.rules(), run);
-    if (run.program == report::Program::automatic)
-        run.notes.push_back("from " + first->image + " on, the program of homes renders (on anchored tiles, records or copies would be missing)");
+    if (run.program != report::Program::automatic) return;
+    auto const anchored = tilemesh::render::facts_of(setup_for(options.choice, needs.used));
+    bool const room = tilemesh::render::may_fit_anchored(0, anchored, o).frame({first->report.width, first->report.height});
+    run.notes.push_back("from " + first->image + " on, the program of homes renders (" +
+                        (room ? "on anchored tiles, records or copies would be missing)" : "anchored tiles have no room for its pixels)"));
 }
 
 /// ": row 3 ...", the reader's note on the first row that it rejects; empty if there is none.
@@ -281,7 +285,7 @@ std::string note_missing(Options const& options, render_map::Needs const& needs,
 }
 
 /// The whole run. Returns the exit status.
-int run(Options const& options)
+int run(Options options)
 {
     Progress progress(!options.quiet);
     std::optional<render_map::TraceOutput> trace;
@@ -306,6 +310,7 @@ int run(Options const& options)
     std::vector<std::filesystem::path> sized_by;
     auto shots = render_map::make_shots(options, shape, notes, sized_by);
     render_map::find_photographs(options, shots);
+    options.choice.machine = render_map::machine_for(options, shots, notes);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
@@ -313,6 +318,7 @@ int run(Options const& options)
     auto const needs = render_map::needs_of(options, map, path);
     if (needs.seen.culled == gaussians)
         notes.push_back("nothing of the map is on screen in any view: check the camera, or the trajectory's frame (--relative)");
+    if (needs.seen.nearer != 0) notes.push_back(shared::near_note(needs.seen.nearer, path));
     render_map::check_slots(options, needs);
     render_map::check_homes(options, needs, shots);
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);

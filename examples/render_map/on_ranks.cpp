@@ -5,13 +5,16 @@
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <mpi.h>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -358,13 +361,15 @@ std::uint64_t ranks::gaussians()
 }
 MapShape ranks::shape_of(std::string name)
 {
-    auto const outline = [] {
+    auto const outline = [had = std::make_shared<std::optional<Outline>>()]() -> Outline const& {
+        if (*had) return **had;
         Command command{.order = Order::send_outline};
         share(command);
-        return send_outline();
+        return had->emplace(send_outline());
     };
     return {std::move(name), [outline] { return scene::robust_centre(outline()); },
-            [outline](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(outline(), size, up, degrees); }};
+            [outline](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(outline(), size, up, degrees); },
+            [outline](splat::Camera const& camera) { return scene::near_for(outline(), camera); }};
 }
 void ranks::at_degree(std::uint32_t degree)
 {

@@ -214,6 +214,14 @@ constexpr Option options[] = {
          o.size = tilemesh::scene::Size{width, height};
      }},
 
+    {"--near", "D", "the near plane, in world units [the file's, or see below]",
+     [](Options& o, auto name, auto text) {
+         double value = 0;
+         auto const [end, error] = tilemesh::read_number(text.data(), text.data() + text.size(), value);
+         if (error != std::errc{} || end != text.data() + text.size() || !(value >= 1e-30 && value <= 1e30))
+             throw Error(std::string(name) + " cannot be " + in_quotes(text) + " (a near plane is a distance above 0, in world units); write for example --near 0.01");
+         o.near_depth = static_cast<float>(value);
+     }},
     {"--turn", "NAME", "turn the map about an axis by 90, 180 or 270 degrees: x90, x180 ... z270",
      [](Options& o, auto name, auto text) {
          using tilemesh::scene::Turn;
@@ -243,8 +251,9 @@ constexpr Option options[] = {
          o.renderer.program = one_of<Program>(
              name, text, {{"auto", Program::automatic}, {"anchored", Program::anchored}, {"homes", Program::homes}});
      }},
-    {"--machine", "NAME", "mk2 | test (64 MiB per tile, any number of tiles) [mk2]",
+    {"--machine", "NAME", "mk2 | test (64 MiB per tile, any number of tiles) [mk2 if it has room]",
      [](Options& o, auto name, auto text) {
+         o.machine_named = true;
          o.choice.machine = one_of<MachineKind>(
              name, text, {{"mk2", MachineKind::mk2}, {"test", MachineKind::test}});
      }},
@@ -312,6 +321,8 @@ constexpr Option options[] = {
      }},
     {"--background", "R,G,B", "the colour behind the Gaussians, 0 to 1 [0,0,0: black]",
      [](Options& o, auto name, auto text) { o.renderer.background = colour(name, text); }},
+    {"--antialias", "", "dim each splat as much as the 0.3 pixels enlarge it (maps trained so)",
+     [](Options& o, auto, auto) { o.renderer.coverage = tilemesh::splat::Coverage::preserved; }},
     {"--sh-degree", "N", "highest degree of view-dependent colour, 0 to 3 [the map's]",
      [](Options& o, auto name, auto text) {
          o.sh_degree = one_of<std::uint32_t>(name, text, {{"0", 0}, {"1", 1}, {"2", 2}, {"3", 3}});
@@ -434,6 +445,8 @@ void check_together(Options const& o, std::vector<std::string_view> const& given
     for (auto const option : {"--from", "--up", "--fov"})
         if (is_given(option) && o.cameras)
             throw Error(std::string(option) + " and --cameras are both given (each places the camera); leave one of them out");
+    if (o.near_depth && o.renderer.quality == tilemesh::splat::Quality::training)
+        throw Error("--near and --quality training are both given (the trainers' rasteriser has its near plane at 0.2); leave one of them out");
     needs("--ignore-distortion", "--cameras", "a camera file says how a lens bends the picture");
     needs("--scale", "--cameras", "it divides the sizes that a camera file has");
     needs("--photos", "--cameras", "a camera file names the photographs");
@@ -683,6 +696,8 @@ std::string help_text()
                   "Conventions\n"
                   "  World units are the map's. Cameras as in OpenCV: x right, y down, z forward; the centre of\n"
                   "  pixel (i, j) is (i + 0.5, j + 0.5). Colours are written as they are trained, without gamma.\n"
+                  "  Without --near, a camera whose file names no near plane has it at 0.2, or at a tenth of the\n"
+                  "  median depth of what its picture shows if that is less; a note counts what the plane hides.\n"
                   "  include/tilemesh/report/frame_report.hpp explains each number of a report. The last table of a\n"
                   "  trace's report.html explains them too.\n"
                   "\n"

@@ -41,6 +41,8 @@ struct Options {
     std::optional<double> fov;
     bool list = false;                                ///< print the names of the camera file, and render nothing
     std::optional<tilemesh::scene::Size> size;
+    std::optional<float> near_depth;                  ///< of all cameras
+    bool machine_named = false;
     Choice choice;
     tilemesh::RendererOptions renderer;
     std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, also 0; `renderer` has them too

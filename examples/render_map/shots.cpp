@@ -9,6 +9,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
@@ -19,6 +20,12 @@ namespace render_map {
 namespace {
 
 namespace scene = tilemesh::scene;
+
+tilemesh::splat::Camera with_near(Options const& options, tilemesh::splat::Camera camera)
+{
+    camera.near_depth = options.near_depth.value_or(camera.near_depth);
+    return camera;
+}
 
 /// The cameras before an option moves them.
 std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
@@ -33,13 +40,15 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
         if (options.from) {
             scene::upright(up); // refuses a direction of length 0
             auto const target = options.look ? in_map(*options.look) : map.centre();
-            return {{"from", scene::make_camera(scene::look_at(in_map(*options.from), target, -up), scene::lens_from_field_of_view(fov, size))}};
+            auto camera = scene::make_camera(scene::look_at(in_map(*options.from), target, -up), scene::lens_from_field_of_view(fov, size));
+            camera.near_depth = options.near_depth ? *options.near_depth : map.near_plane(camera);
+            return {{"from", camera}};
         }
-        if (options.maps.empty() && !options.up && !options.fov) return {{"built_in", scene::built_in_camera(size)}};
+        if (options.maps.empty() && !options.up && !options.fov) return {{"built_in", with_near(options, scene::built_in_camera(size))}};
         if (!options.trajectory)
             notes.push_back("no camera is named: this one is a guess, along +z at the middle of the map; look around with --orbit 90 "
                             "--frames 4, add --up 0,1,0 if the map is upside down, or name yours with --cameras");
-        return {{"frame_whole", map.whole(size, up, fov)}};
+        return {{"frame_whole", with_near(options, map.whole(size, up, fov))}};
     }
     std::vector<Shot> shots;
     std::vector<std::string> of_file;
@@ -55,7 +64,9 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
         notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +
                         " of the sorted names, from the first (--every)");
     }
-    for (auto const& each : chosen) {
+    for (auto& each : chosen) {
+        if (!each.names_near && !options.near_depth) each.camera.near_depth = map.near_plane(each.camera);
+        each.camera = with_near(options, each.camera);
         auto const camera = options.size ? scene::resized(each.camera, options.size->width, options.size->height)
                                          : scene::stretched(each.camera, scene::reduced({each.camera.width, each.camera.height}, options.scale));
         shots.push_back({scene::label(each), camera, {}, each.name, each.camera});
@@ -76,7 +87,8 @@ std::string camera_names(Options const& options)
 MapShape shape_of(scene::Map const& map)
 {
     return {map.name, [&map] { return scene::robust_centre(map); },
-            [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); }, map.origin};
+            [&map](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(map, size, up, degrees); },
+            [&map](tilemesh::splat::Camera const& camera) { return scene::near_for(map, camera); }, map.origin};
 }
 
 std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,

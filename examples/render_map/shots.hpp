@@ -47,6 +47,7 @@ struct MapShape {
     std::string name;
     std::function<glm::dvec3()> centre;
     std::function<tilemesh::splat::Camera(tilemesh::scene::Size, glm::dvec3 up, double degrees)> whole;
+    std::function<float(tilemesh::splat::Camera const&)> near_plane; ///< for a camera whose file names none (scene/near_plane.hpp)
     std::array<double, 3> origin{}; ///< the reader of the map has subtracted it
 };
 /// The shape of a map in this process. The map must outlive it.

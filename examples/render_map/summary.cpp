@@ -68,6 +68,7 @@ void print_frame(std::ostream& out, report::RunReport const& run, report::RunFra
     if (frame.error) print_error("against double precision, no cut-offs", *frame.error);
     if (frame.error_same_cuts)
         print_error("against double precision, same cut-offs", *frame.error_same_cuts);
+    if (frame.error && r.pairs_contributing == 0) out << "no Gaussian is in this picture, so these errors say nothing: check the camera, and --near\n";
 }
 
 /// A counter in the table of frames. Its total is the sum over all frames.

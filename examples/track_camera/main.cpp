@@ -1,5 +1,6 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
 #include "../shared/codecs.hpp"
+#include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
 #include "../shared/text.hpp"
@@ -30,14 +31,18 @@
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/view.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/spoil.hpp>
@@ -397,15 +402,24 @@ int run(Options const& o)
     auto notes = map.notes;
     auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
     std::vector<std::filesystem::path> sized_by;
+    bool names_near = true;
     if (o.cameras) {
         std::vector<std::string> of_file;
         auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
         add_notes(notes, *o.cameras, of_file);
         auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, o.map ? o.map->stem().string() : "built-in"), map.origin);
         camera = scene::resized(chosen.front().camera, size.width, size.height);
+        names_near = chosen.front().names_near;
     }
-    auto const lens = scene::lens_of(camera);
+    auto lens = scene::lens_of(camera);
     auto poses = poses_of(o, scene::pose_of(camera), map.origin, notes);
+    auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
+    if (o.near_depth) lens.near_depth = *o.near_depth;
+    else if (!names_near) lens.near_depth = scene::near_for(map, first_view());
+    auto const view = splat::make_view(first_view(), {});
+    auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
+    if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
+        notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
     if (o.photos) add_notes(notes, *o.photos, scene::rgbd_notes(list));
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);

@@ -23,6 +23,7 @@ trajectory and spoilt as a camera would.
   --relative                 apply the trajectory's motion from its first pose to the camera
   --cameras FILE             a camera file, for the lens and the first pose
   --camera [SCENE/]NAME      the camera of that file
+  --near D                   the near plane in world units [the file's; 0.2, or a tenth of the first picture's median depth if that is less]
   --photos DIR               real pictures: a folder of the TUM RGB-D benchmark, or an association file; --trajectory is then the truth
   --depth-scale LEVELS       levels of the depth pictures a world unit [5000]
   --frames N                 at most so many frames [60]
@@ -106,6 +107,7 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--save-photos") o.save_photos = value();
         else if (name == "--size") o.size = size(name, value());
         else if (name == "--tile") o.tile = size(name, value());
+        else if (name == "--near") o.near_depth = static_cast<float>(number(name, value(), 1e-30, 1e30, "above 0"));
         else if (name == "--noise") o.noise = number(name, value(), 0.0, 1.0, "from 0 to 1");
         else if (name == "--shutter") o.shutter = number(name, value(), 0.0, 1.0, "from 0 to 1");
         else if (name == "--depth-scale") o.depth_levels = number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");

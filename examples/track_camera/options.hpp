@@ -17,6 +17,7 @@ struct Options {
     std::string camera;
     bool relative = false, quiet = false, depth = true;
     std::optional<tilemesh::scene::Size> size; ///< none: that of the pictures, or 640 x 480
+    std::optional<float> near_depth;           ///< none: the camera file's, or `scene::near_for`
     tilemesh::scene::Size tile{0, 0};          ///< 0: follows from the size
     std::uint32_t frames = 60, every = 1, one_in = 1, threads = 1;
     double noise = 0.02, shutter = 0.5, depth_levels = 5000.0;

@@ -7,7 +7,10 @@
 #include <string>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/spec.hpp>
+#include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <utility>
@@ -16,16 +19,25 @@ namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
 
-/// May the records of a map all lie on anchored tiles? False if they are more than the tiles have slots.
-inline bool may_fit_anchored(std::uint64_t records, SetupFacts const& facts, RendererOptions const& options) noexcept
+/// May anchored tiles render a frame? No if the records are more than the tiles have slots, or if the tiles have no room for the pixels.
+struct MayFitAnchored {
+    bool records;
+    Cut cut;
+    MachineSize machine;
+    std::uint32_t tile_pixels;
+
+    bool frame(Extent2 size) const noexcept { return fits(cut, size.width, size.height, machine, tile_pixels); }
+};
+inline MayFitAnchored may_fit_anchored(std::uint64_t records, SetupFacts const& facts, RendererOptions const& options) noexcept
 {
     std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : facts.machine.tiles;
-    return records <= tiles * (options.storage_slots != 0 ? options.storage_slots : facts.sizes.storage);
+    std::uint64_t const slots = options.storage_slots != 0 ? options.storage_slots : facts.sizes.storage;
+    return {records <= tiles * slots, {options.grid, options.tile}, facts.machine, facts.sizes.tile_pixels};
 }
 } // namespace render
 
-/// Renders with the anchored program as long as nothing is missing. A frame that would lack records or copies is rendered with the program of
-/// homes instead, and so are all later frames.
+/// Renders with the anchored program as long as nothing is missing. A frame that would lack records or copies, or has more pixels than anchored
+/// tiles have room for, is rendered with the program of homes instead, and so are all later frames.
 ///
 /// The frame at the change runs both programs; its report is that of homes, with the host time of both. The model, the demand and the
 /// picture's planes stay the same. If homes have no room for the map either, the anchored program goes on, and its reports list what is
@@ -34,9 +46,9 @@ class AutoRenderer : public AnyRenderer {
 public:
     using MakeHomes = std::function<std::unique_ptr<AnyRenderer>(scene::Map const&)>;
 
-    /// `make_homes` makes the renderer of homes from the records of the anchored one, for the same options, when it is needed. It may throw Error. `may_fit` false: the
-    /// first frame is of homes (`may_fit_anchored`).
-    AutoRenderer(std::unique_ptr<AnyRenderer> anchored, MakeHomes make_homes, bool may_fit = true)
+    /// `make_homes` makes the renderer of homes from the records of the anchored one, for the same options, when it is needed. It may throw
+    /// Error. A frame that may not fit is of homes at once.
+    AutoRenderer(std::unique_ptr<AnyRenderer> anchored, MakeHomes make_homes, render::MayFitAnchored const& may_fit)
         : renderer_(std::move(anchored)), make_homes_(std::move(make_homes)), may_fit_(may_fit)
     {
     }
@@ -44,8 +56,10 @@ public:
     RenderedFrame render(splat::Camera const& camera) override
     {
         if (!make_homes_) return renderer_->render(camera);
+        render::check_camera(camera);
         RenderedFrame frame;
-        if (may_fit_) {
+        bool const fits = may_fit_.frame({camera.width, camera.height}), may_fit = may_fit_.records && fits;
+        if (may_fit) {
             frame = renderer_->render(camera);
             if (!lacks(frame.report)) return frame;
         }
@@ -55,12 +69,12 @@ public:
             if (demand_) homes->hold_to(*demand_);
             auto again = homes->render(camera);
             again.report.host_ms.total += frame.report.host_ms.total;
-            change_ = may_fit_ ? why(frame.report) : "the records have no room";
+            change_ = may_fit ? why(frame.report) : fits ? "the records have no room" : "the pixels have no room";
             renderer_ = std::move(homes);
             return again;
         } catch (Error const& error) {
             change_refused_ = error.what();
-            return may_fit_ ? std::move(frame) : renderer_->render(camera);
+            return may_fit ? std::move(frame) : renderer_->render(camera);
         }
     }
 
@@ -100,7 +114,7 @@ private:
 
     std::unique_ptr<AnyRenderer> renderer_;
     MakeHomes make_homes_; ///< empty after the change
-    bool may_fit_;
+    render::MayFitAnchored may_fit_;
     std::optional<scene::Demand> demand_; ///< only the facts about views
     std::string change_, change_refused_;
 };

@@ -23,7 +23,7 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
     using report::Program;
     static_assert(Base::Saturation::holds && !Base::Pixel::has_depth && !Base::Pixel::has_alpha,
                   "a setup that drops, or has planes (exact_renderer makes complete pictures of colours); use Lossless, or make_homes_renderer");
-    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.sizes;
+    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes;
     if (options.program == Program::homes && only_anchored)
         throw Error("the program of homes with bounded hops, a tile's size or a setup's sizes (only the anchored program has these); leave them "
                     "out, or choose Program::anchored");
@@ -34,12 +34,13 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
         choice.rules = render::rules_of<Base>();
         choice.fit = true;
         choice.sh_degree = scene::demand_of(of).sh_degree;
-        return render::make_homes_renderer<>(scene::needed(of, scene::demand_of(of)), choice, options);
+        return render::make_homes_renderer<>(scene::needed(of, scene::demand_of(of)), choice,
+                                             options.program == Program::homes ? options : render::within(choice, options));
     };
     if (options.program == Program::homes) return make_homes(map);
     auto anchored = fit_to_map<Base>(map, options);
     if (options.program == Program::anchored || only_anchored) return anchored;
-    bool const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
+    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
     return std::make_unique<AutoRenderer>(std::move(anchored), make_homes, may_fit);
 }
 

@@ -75,6 +75,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/pose.hpp>

@@ -8,7 +8,7 @@ small="--size 320x180 --quiet"
 
 # --- a picture ---------------------------------------------------------------------------------
 runs --help
-for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --trajectory-format --every --ignore-distortion --scale --relative --size --preset --program --grid --tile --machine \
+for option in --cameras --camera --list --from --look --up --fov --orbit --frames --trajectory --trajectory-format --every --ignore-distortion --scale --relative --size --near --antialias --preset --program --grid --tile --machine \
     --channel-slots --storage-slots --held --rounds --fold --saturation --footprint --copies --hops --pixels --arithmetic --quality --background --sh-degree --fit --engine \
     --threads --out --float --depth --alpha --video --fps --reference --photos --compare --error-picture --report --explain --quiet --strict --resume --version --help; do
     has stdout "^  $option "
@@ -452,7 +452,16 @@ refuses "no camera \"c\"" --cameras cameras.json --camera c
 refuses "camera that moves" --cameras cameras.json --orbit 1 --frames 2
 refuses "bad.ply is not JSON" --cameras bad.ply
 refuses "line 1" --trajectory bad.ply
-refuses "framebuffer" --size 1920x1080
+refuses "framebuffer.*, --program homes or --machine test" --size 1920x1080 --program anchored
+refuses "framebuffer" --size 7680x4320 --machine mk2
+refuses "homes have no room for its pixels" --size 7680x4320 --machine mk2 --program homes
+runs --size 1920x1080
+has stdout "the program of homes renders (anchored tiles have no room for its pixels)"
+runs --size 7680x4320
+has stdout "machine test (64 MiB a tile): a frame of 7680 x 4320 pixels has no room on mk2"
+refuses "a near plane is a distance above 0" --near 0
+refuses "a near plane is a distance above 0" --near 1e400
+refuses "^--near and --quality training are both given" --near 1 --quality training
 refuses "mk2 has 1472" --grid 64x64
 refuses "the frame is" --grid 2x2 --tile 16x20
 refuses "too large" --machine test --grid 65535x65535

@@ -232,7 +232,7 @@ done
 # shellcheck disable=SC2086
 {
     refuses "does not fit on machine mk2 (40 x 36 tiles would have 48 x 30 pixels each, and the framebuffer of a tile has 640)" \
-        degree_3.ply --size 1920x1080 --depth --alpha
+        degree_3.ply --size 1920x1080 --depth --alpha --program anchored
     refuses "^--storage-slots cannot be 2000 (preset lossless on machine mk2 has 1 to [0-9]* slots of 316 bytes a tile for records of degree 3, in " degree_3.ply $small --storage-slots 2000
 }
 # Whatever else is asked for, a value that is mistyped is one line.

@@ -132,8 +132,8 @@ done
 # --- sizes -------------------------------------------------------------------------------------
 refuses "whole numbers" map.ply --size 0x0
 runs map.ply --size 1x1 --quiet --out tiny --float
-refuses "33 x 21.*; write --tile 7x91, --size 1280x720 or --machine test$" map.ply --size 1283x721
-refuses "; write --size 1280x720 or --machine test$" map.ply --size 1920x1080
+refuses "33 x 21.*; write --tile 7x91, --size 1280x720, --program homes or --machine test$" map.ply --size 1283x721 --program anchored
+refuses "; write --size 1280x720, --program homes or --machine test$" map.ply --size 1920x1080 --program anchored
 runs map.ply --size 1283x721 --tile 7x91 --threads 2 --quiet --out odd --float
 runs map.ply --size 1280x720 --threads 2 --quiet --out odd
 # Machine test reserves 64 MiB of address space a tile, and uses little of it.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <limits>
 #include <memory>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -200,6 +201,25 @@ TEST_CASE("homes are as many as the map needs; held splats get what is left, or 
     o.grid = {64, 64};
     CHECK_THROWS_AS(render::layout_homes(c, o, frame, 1000), Error);
     CHECK_THROWS_AS(render::layout_homes(c, {}, {0, 720}, 1000), Error);
+}
+
+TEST_CASE("a frame whose pixels have no room on anchored tiles is of homes at once; a bad camera changes nothing")
+{
+    auto const map = cloud();
+    auto const renderer = exact_renderer(map, {.threads = 2});
+    auto large = camera(800);
+    large.width = 1280, large.height = 720, large.cx = 640, large.cy = 360;
+    CHECK(renderer->render(large).report.program == Program::anchored);
+    large.width = 1281; // tiles of 33 x 20 pixels: 660 of 640
+    auto bad = large;
+    bad.cx = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_AS((void)renderer->render(bad), Error);
+    auto const frame = renderer->render(large);
+    CHECK(frame.report.program == Program::homes);
+    CHECK(frame.report.lost.empty());
+    CHECK(change(*renderer) == "the pixels have no room");
+    auto const anchored = exact_renderer(map, {.threads = 2, .program = Program::anchored});
+    CHECK_THROWS_AS((void)anchored->render(large), Error);
 }
 
 TEST_SUITE_END();

@@ -142,12 +142,12 @@ std::vector<double> guard_render(std::vector<Gaussian> const& gaussians, Camera 
         if (!(view[2] > Real{camera.near_depth})) continue;
         Real const x = view[0] / view[2];
         Real const y = view[1] / view[2];
-        auto const clamped = [&](Real slope, Real size, Real focal) {
-            Real const limit = Real{rules.jacobian_limit} * size / focal / 2;
+        auto const clamped = [&](Real slope, Real centre, Real size, Real focal) {
+            Real const limit = Real{rules.jacobian_limit} * std::max(centre, size - centre) / focal;
             return slope > limit ? limit : slope < -limit ? -limit : slope;
         };
-        Real const jx = clamped(x, camera.width, camera.fx);
-        Real const jy = clamped(y, camera.height, camera.fy);
+        Real const jx = clamped(x, camera.cx, camera.width, camera.fx);
+        Real const jy = clamped(y, camera.cy, camera.height, camera.fy);
 
         // Column k of R S is the local axis k, turned by q e_k q* / |q|^2, times its length.
         Real const w = g.rotation[0];

@@ -317,7 +317,7 @@ TEST_CASE("a map that was trained with anti-aliasing has a note in every format 
 {
     Numbers numbers(43);
     Packing const packing;
-    char const* const note = "trained with anti-aliasing, which is not applied";
+    char const* const note = "trained with anti-aliasing; --antialias (splat::Coverage::preserved) applies it";
     auto const sog = [&](std::string const& key) {
         auto files = PackedSog::random(2, 2, 0, numbers).files(packing);
         auto& meta = files["meta.json"];

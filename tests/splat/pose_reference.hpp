@@ -27,8 +27,8 @@ inline Camera camera_of(splat::Camera const& c, splat::Rules const& m)
         for (int j = 0; j < 3; ++j) d.rotation[i][j] = c.rotation[i][j];
     }
     d.fx = c.fx, d.fy = c.fy, d.cx = c.cx, d.cy = c.cy, d.near_depth = c.near_depth, d.width = c.width, d.height = c.height;
-    d.limit_x = m.jacobian_limit > 0 ? 0.5 * double{m.jacobian_limit} * c.width / c.fx : 1e30;
-    d.limit_y = m.jacobian_limit > 0 ? 0.5 * double{m.jacobian_limit} * c.height / c.fy : 1e30;
+    d.limit_x = m.jacobian_limit > 0 ? double{m.jacobian_limit} * std::max(d.cx, d.width - d.cx) / c.fx : 1e30;
+    d.limit_y = m.jacobian_limit > 0 ? double{m.jacobian_limit} * std::max(d.cy, d.height - d.cy) / c.fy : 1e30;
     return d;
 }
 /// The camera after motion `column` by `step`: points of view space move by a translation, or turn about the camera centre.

@@ -338,7 +338,9 @@ TEST_CASE("project_all: the bits of project, for every way in which a record is 
     Rules sharp;
     sharp.dilation = 0;
     sharp.jacobian_limit = 0;
-    for (auto const& rules : {Rules{}, few, square, sharp}) {
+    Rules dimmed;
+    dimmed.coverage = Coverage::preserved;
+    for (auto const& rules : {Rules{}, few, square, sharp, dimmed}) {
         auto const camera = support::lens(1280, 720, 0.1f);
         auto const result = compare(stiff_map(support::fast() ? 5000 : 25000, ++seed, camera, rules), camera, rules);
         CHECK(result.wrong == 0);

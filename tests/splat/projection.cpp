@@ -27,8 +27,8 @@ Truth truth(Gaussian const& g, Camera const& camera, Rules const& rules)
             for (int j = 0; j < 3; ++j) M[i][j] += double(camera.rotation[i][k]) * R[k][j] * std::exp(double(g.log_scale[j]));
         }
     double const tx = t[0] / t[2], ty = t[1] / t[2];
-    double const lx = double(rules.jacobian_limit) * 0.5 * camera.width / double(camera.fx);
-    double const ly = double(rules.jacobian_limit) * 0.5 * camera.height / double(camera.fy);
+    double const lx = double(rules.jacobian_limit) * std::max(double(camera.cx), camera.width - double(camera.cx)) / double(camera.fx);
+    double const ly = double(rules.jacobian_limit) * std::max(double(camera.cy), camera.height - double(camera.cy)) / double(camera.fy);
     double const jx = std::clamp(tx, -lx, lx), jy = std::clamp(ty, -ly, ly);
     double const fx = double(camera.fx) / t[2], fy = double(camera.fy) / t[2];
     double V[2][3];

@@ -47,7 +47,8 @@ Conic exact(Gaussian const& g, Camera const& c)
     double view[3] = {};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) view[i] += double{c.rotation[i][j]} * (double{g.mean_world[j]} - double{c.position[j]});
-    double const tan_x = 1.3 * c.width / (2 * double{c.fx}), tan_y = 1.3 * c.height / (2 * double{c.fy});
+    double const tan_x = 1.3 * std::max(double{c.cx}, c.width - double{c.cx}) / double{c.fx};
+    double const tan_y = 1.3 * std::max(double{c.cy}, c.height - double{c.cy}) / double{c.fy};
     double const sx = view[0] / view[2], sy = view[1] / view[2];
     double const jx = std::clamp(sx, -tan_x, tan_x), jy = std::clamp(sy, -tan_y, tan_y);
     double v1[3], v2[3];

@@ -61,12 +61,12 @@ Truth<T> truth(Gaussian const& g, Camera const& camera, Rules const& rules)
             for (int j = 0; j < 3; ++j) m[i][j] += T(camera.rotation[i][k]) * rotation[std::size_t(k)][std::size_t(j)];
         }
     T const slope[2] = {t[0] / t[2], t[1] / t[2]}, f[2] = {T(camera.fx), T(camera.fy)};
-    T const size[2] = {T(camera.width), T(camera.height)};
+    T const size[2] = {T(camera.width), T(camera.height)}, centre[2] = {T(camera.cx), T(camera.cy)};
     T v[2][3];
     for (int r = 0; r < 2; ++r) {
         T bounded = slope[r];
         if (rules.jacobian_limit > 0) {
-            T const limit = T(rules.jacobian_limit) * size[r] / (2 * f[r]);
+            T const limit = T(rules.jacobian_limit) * std::max(centre[r], size[r] - centre[r]) / f[r];
             bounded = std::min(limit, std::max(-limit, bounded));
         }
         for (int j = 0; j < 3; ++j) v[r][j] = f[r] / t[2] * (m[r][j] - bounded * m[2][j]) * std::exp(T(g.log_scale[j]));

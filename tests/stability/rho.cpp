@@ -169,8 +169,8 @@ long double textbook_alpha(Sample const& s, std::size_t pixel)
             t[i] += w[i][j] * (T(s.g.mean_world[j]) - T(c.position[j]));
             scaled[i][j] *= std::exp(T(s.g.log_scale[j]));
         }
-    T const limit_x = T(rules.jacobian_limit) * T(c.width) / (2 * T(c.fx)),
-            limit_y = T(rules.jacobian_limit) * T(c.height) / (2 * T(c.fy));
+    T const limit_x = T(rules.jacobian_limit) * std::max(T(c.cx), T(c.width) - T(c.cx)) / T(c.fx),
+            limit_y = T(rules.jacobian_limit) * std::max(T(c.cy), T(c.height) - T(c.cy)) / T(c.fy);
     T const x = std::clamp(t[0] / t[2], -limit_x, limit_x), y = std::clamp(t[1] / t[2], -limit_y, limit_y);
     Matrix const j{{{T(c.fx) / t[2], 0, -T(c.fx) * x / t[2]}, {0, T(c.fy) / t[2], -T(c.fy) * y / t[2]}, {0, 0, 0}}};
     Matrix const jw = product(j, w, false), sigma = product(scaled, scaled, true);

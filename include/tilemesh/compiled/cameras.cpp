@@ -4,6 +4,7 @@
 #include <tilemesh/scene/detail/json_reader_code.hpp>
 #include <tilemesh/scene/detail/json_values_code.hpp>
 #include <tilemesh/scene/detail/named_camera_code.hpp>
+#include <tilemesh/scene/detail/near_plane_code.hpp>
 #include <tilemesh/scene/detail/picture_size_code.hpp>
 #include <tilemesh/scene/detail/rgbd_list_code.hpp>
 #include <tilemesh/scene/detail/trajectory_code.hpp>

@@ -28,7 +28,7 @@ struct Cut {
 
 inline std::uint32_t parts(std::uint32_t size, std::uint32_t part) noexcept
 {
-    return (size + part - 1) / part;
+    return static_cast<std::uint32_t>((std::uint64_t{size} + part - 1) / part);
 }
 
 /// The division of a frame into tiles: by `tile` if it is given, otherwise evenly over `grid`, or over 40 x 36 tiles if both are zero.
@@ -52,6 +52,13 @@ struct FrameLayout {
 /// names `setup`.
 TILEMESH_HOST FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine,
                                        std::uint32_t tile_pixels, char const* setup);
+
+/// Has the machine a layout for the frame?
+TILEMESH_HOST bool fits(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine, std::uint32_t tile_pixels) noexcept;
+
+/// Throws Error for a frame's size that is not 1 to 65,535 pixels a side, and for a cut with one side of 0.
+TILEMESH_HOST void check_size(std::uint32_t width, std::uint32_t height);
+TILEMESH_HOST void check_cut(Cut const& cut);
 
 /// Throws Error for a camera or a model that no frame can be rendered with.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);

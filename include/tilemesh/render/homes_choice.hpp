@@ -54,6 +54,11 @@ inline Grid homes_grid(RendererOptions const& options) noexcept
     return options.grid.width != 0 && options.grid.height != 0 ? Grid{options.grid.width, options.grid.height} : Grid{40, 36};
 }
 
+/// The options of an anchored renderer for the renderer of homes that takes over from it: limits above the slots of homes limit nothing.
+TILEMESH_HOST RendererOptions within(HomesChoice const& choice, RendererOptions options) noexcept;
+/// Throws Error for limits above the slots that the choice has.
+TILEMESH_HOST void check_limits(HomesChoice const& choice, RendererOptions const& options);
+
 /// A tile that holds fewer splats of a window than this needs many rounds. A map that leaves less room comes in chapters.
 inline constexpr std::uint32_t least_held = 256;
 

@@ -136,7 +136,7 @@ private:
     void limit_lists(splat::homes::Sizes const& sizes)
     {
         auto& mesh = host_.mesh();
-        // A limit above the slots that there are limits nothing: the anchored program may have more.
+        // A map of many records may leave fewer slots than the choice has.
         if (options_.channel_slots != 0) mesh.template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.parcels));
         if (options_.waiting_slots != 0) {
             mesh.template limit<splat::homes::Waiting<P, 0>>(std::min(options_.waiting_slots, sizes.waiting));
@@ -275,6 +275,7 @@ HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map map, HomesChoice con
     host_.identify(records_.table(), options, {records_.table().map().sh_degree, options.rounds, options.rows_of_all_parts, options.channel_slots,
                                                options.waiting_slots, options.held_slots, options.storage_slots, options.fold ? 1u : 0u});
     check_choice<P, !HostType::has_one_memory>(choice);
+    check_limits(choice, options);
     choice_.rules = with_options(choice_.rules, options);
     facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
 }

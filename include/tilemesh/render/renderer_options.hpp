@@ -23,6 +23,7 @@ struct RendererOptions {
     std::uint32_t storage_slots = 0;         ///< a limit, at most the setup's
     std::optional<splat::Footprint> footprint{};
     std::optional<splat::Arithmetic> arithmetic{};
+    std::optional<splat::Coverage> coverage{}; ///< `preserved` for maps that were trained with anti-aliasing
     std::optional<splat::Quality> quality{};  ///< `rules()` begins with the rules of this quality instead of the setup's
     std::optional<std::array<float, 3>> background{}; ///< linear RGB, 0 to 1, behind every picture; black if it is not given
     bool digest = false;
@@ -54,6 +55,7 @@ inline splat::Rules with_options(splat::Rules rules, RendererOptions const& opti
     if (options.quality) rules = splat::with_quality(rules, *options.quality);
     if (options.footprint) rules.footprint = *options.footprint;
     if (options.arithmetic) rules.arithmetic = *options.arithmetic;
+    if (options.coverage) rules.coverage = *options.coverage;
     for (std::size_t c = 0; options.background && c < 3; ++c) rules.background[c] = (*options.background)[c];
     return rules;
 }

@@ -133,8 +133,12 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     double slope_x = view[0] / z;
     double slope_y = view[1] / z;
     if (rules.jacobian_limit > 0.0f) {
-        double const limit_x = rules.jacobian_limit * (camera.width / (2.0 * camera.fx));
-        double const limit_y = rules.jacobian_limit * (camera.height / (2.0 * camera.fy));
+        bool const trainers = rules.slope_border == splat::SlopeBorder::of_half_width;
+        auto const bound = [&](double given, double centre, double size, double focal) {
+            return given > 0 ? given : rules.jacobian_limit * (trainers ? size / 2 : std::max(centre, size - centre)) / focal;
+        };
+        double const limit_x = bound(rules.slope_limit[0], camera.cx, camera.width, camera.fx);
+        double const limit_y = bound(rules.slope_limit[1], camera.cy, camera.height, camera.fy);
         slope_x = std::max(-limit_x, std::min(limit_x, slope_x));
         slope_y = std::max(-limit_y, std::min(limit_y, slope_y));
     }
@@ -159,6 +163,10 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     splat.conic_xy = -xy / determinant;
     splat.conic_yy = xx / determinant;
     splat.opacity = gaussian.opacity;
+    if (rules.coverage == splat::Coverage::preserved) {
+        double const sharp = covariance[0][0] * covariance[1][1] - xy * xy;
+        splat.opacity = std::min(splat.opacity, 1.0) * std::sqrt(std::max(0.000025, sharp / determinant));
+    }
     bool finite =
         std::isfinite(splat.mean_x) && std::isfinite(splat.mean_y) && std::isfinite(splat.opacity);
     splat.colour = colour_seen(gaussian, camera);

@@ -23,6 +23,7 @@ struct Demand {
     std::uint64_t nearly_opaque = 0;     ///< records whose opacity is above 0.99, where the paper clamps alpha
     std::uint64_t too_faint = 0;         ///< records whose opacity is under alpha_min: no view of any camera shows them
     std::uint64_t culled = 0;            ///< records with nothing on screen in any view of the path, including `too_faint`
+    std::uint64_t nearer = 0;            ///< in the view that has most of them: records that only the near plane hides (`only_near_hides`)
     std::uint64_t ties = 0;              ///< in the first view: visible records whose depth another record has too
     std::uint32_t footprint_columns = 0; ///< width in tiles of the largest footprint, in the views that were scanned whole
     std::uint32_t footprint_rows = 0;
@@ -35,6 +36,10 @@ struct Demand {
     /// Does the map that `needed` returns suffice for this view?
     TILEMESH_HOST bool holds_for(splat::View const& view) const;
 };
+
+/// Would this Gaussian's mean be in the picture if there were no near plane? It is in front of the camera, not deeper than the plane, and its
+/// opacity is not under alpha_min.
+TILEMESH_HOST bool only_near_hides(splat::Gaussian const& g, splat::View const& view) noexcept;
 
 /// The demand of a map whose cameras are not known: records may move, and footprints may span tiles. Throws `Error`
 /// for a map whose harmonics do not fit its degree (`require_harmonics`).
@@ -120,10 +125,14 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rul
         auto const view = splat::make_view(path[i], rules);
         auto const tiling = tiling_of(path[i]);
         bool const whole = i < views_scanned_whole || !d.spans;
+        std::uint64_t nearer = 0;
         auto const project_row = [&](std::uint32_t row) {
             auto const s = splat::project(map.gaussians[row], view, tiling);
             ++projections;
-            if (!s.visible()) return;
+            if (!s.visible()) {
+                nearer += only_near_hides(map.gaussians[row], view) ? 1 : 0;
+                return;
+            }
             d.visible[row] = true;
             auto const tiles = splat::tiles_of(s, tiling);
             d.spans = d.spans || tiles.count() > 1;
@@ -136,8 +145,9 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rul
         else
             for (auto row : unseen) project_row(row);
         std::erase_if(unseen, [&](std::uint32_t row) { return d.visible[row]; });
-        std::uint64_t words[] = {projections, d.spans ? 1u : 0u};
-        all.sum(words, 2);
+        std::uint64_t words[] = {projections, d.spans ? 1u : 0u, nearer};
+        all.sum(words, 3);
+        d.nearer = std::max(d.nearer, words[2]);
         d.spans = words[1] != 0;
         if (words[0] > most_projections && i + 1 < path.size()) {
             for (auto row : unseen) d.visible[row] = map.gaussians[row].opacity >= rules.alpha_min;

@@ -21,6 +21,7 @@ struct NamedCamera {
     std::string scene, file, name;
     splat::Camera camera;
     std::optional<glm::dvec3> position{}; ///< the position with the digits of its file; readers set it
+    bool names_near = false;              ///< the file says the near plane; otherwise it is `default_near`, and `choose_near` chooses one
 };
 
 /// The cameras for a map from which a reader subtracted this origin (`Map::origin`). The difference is computed in double. An origin of 0 changes

@@ -287,8 +287,8 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 
     // V and its covariance.
     Factor<A> f;
-    f.jx = limited<A>(slope_x, view.slope_limit[0]);
-    f.jy = limited<A>(slope_y, view.slope_limit[1]);
+    f.jx = limited<A>(slope_x, view.rules.slope_limit[0]);
+    f.jy = limited<A>(slope_y, view.rules.slope_limit[1]);
     f.px_per_x = A::all(c.fx) / z;
     f.px_per_y = A::all(c.fy) / z;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
@@ -317,8 +317,18 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         if (!visible) return nowhere(s);
     }
 
+    Real opacity = A::select(g.opacity < one, g.opacity, one), shown = g.opacity;
+    if (m.coverage == Coverage::preserved) {
+        Real const kept = f.determinant / determinant, least = A::all(0.000025f);
+        opacity = shown = opacity * A::square_root(A::select(kept > least, kept, least));
+        visible = A::every(visible, opacity >= A::all(m.alpha_min));
+        if constexpr (A::lanes == 1) {
+            if (!visible) return nowhere(s);
+        }
+    }
+
     // The footprint, rounded outward to whole pixels.
-    Real const ratio = 2.0f * logarithm<A>(g.opacity / m.alpha_min);
+    Real const ratio = 2.0f * logarithm<A>(shown / m.alpha_min);
     Real reach_x, reach_y;
     if (m.footprint != Footprint::three_sigma_square) {
         Real const t = A::square_root(ratio) * 1.00001f; // log and square root are rounded; the factor makes the box a superset
@@ -349,7 +359,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.along = -0.5f / a * per_unit * per_unit;
     s.slope = b / a;
     s.across = -0.5f * a / determinant * per_unit * per_unit;
-    s.opacity = A::select(g.opacity < one, g.opacity, one);
+    s.opacity = opacity;
     s.depth = z;
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());

@@ -23,7 +23,8 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// - A pixel stops before the term that would leave less than 1e-4.
 /// - A splat is drawn in the tiles of 16 x 16 pixels that its three-sigma square touches, and nowhere else.
 /// - Means at a depth of 0.2 or nearer are culled, whatever `Camera::near_depth` says.
-/// - The slopes x/z and y/z are clamped at 1.3 tan(fov / 2). The dilation is 0.3.
+/// - The slopes x/z and y/z are clamped at 1.3 tan(fov / 2), wherever the principal point is; the other qualities follow the picture's
+///   borders. The dilation is 0.3.
 /// - Colours are clamped at 0 from below only.
 /// - Splats are in order of depth, then of id.
 ///
@@ -32,7 +33,7 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 ///   rasteriser culls a splat with determinant 0 and skips a positive power; in exact arithmetic neither occurs. A pixel where rounding
 ///   decides about a term, a stop, a tile or an order may differ by that term. With `fast`, alpha differs by up to 2e-5.
 /// - The principal point is the camera's; the rasteriser knows only the middle of the picture. The field of view of the slopes' clamp is
-///   width / fx, as there.
+///   width / fx, as there. So a window of a picture is not the window of its picture: its splats have other shapes.
 /// - A quaternion may have any length; the rasteriser expects length 1, which its training code gives it.
 /// - A record that is not finite, or has a colour above 1e6, is not drawn. A radius may exceed an integer's range.
 enum class Quality : std::uint32_t {
@@ -82,6 +83,7 @@ constexpr Rules with_quality(Rules rules, Quality quality) noexcept
         rules.near_plane = NearPlane::fixed;
         rules.dilation = 0.3f;
         rules.jacobian_limit = 1.3f;
+        rules.slope_border = SlopeBorder::of_half_width;
         break;
     }
     return rules;

@@ -33,10 +33,23 @@ enum class NearPlane : std::uint8_t {
 /// A mean at this depth or nearer is culled by 3D Gaussian Splatting's rasteriser, in world units.
 inline constexpr float fixed_near_depth = 0.2f;
 
+/// The border of the picture by which the Jacobian's slopes are bounded.
+enum class SlopeBorder : std::uint8_t {
+    of_picture,   ///< the border that is farther from the principal point: a window that keeps it has the bounds of its picture
+    of_half_width ///< half of the picture's width or height, wherever the principal point is: the trainers' rule
+};
+
+/// The opacity of a splat whose covariance the dilation enlarges.
+enum class Coverage : std::uint8_t {
+    of_record, ///< the record's, so that a splat smaller than a pixel becomes brighter than it is
+    preserved  ///< the record's times sqrt(det V / det(V + dilation)), at least 0.005: the light of the splat stays
+};
+
 /// The rules of the picture, apart from the camera. The kernels and all references use the same model proper (EWA, dilation, near plane,
 /// Jacobian clamp). The cut-offs differ: `error` in a report measures their effect.
 ///
-/// Sources: 1/255, 0.3, 1.3 and 3 sigma are the constants of 3D Gaussian Splatting (Kerbl et al. 2023).
+/// Sources: 1/255, 0.3, 1.3 and 3 sigma are the constants of 3D Gaussian Splatting (Kerbl et al. 2023). `Coverage::preserved` is the 2D Mip
+/// filter (Yu et al. 2024) as 3D Gaussian Splatting's rasteriser has it under `antialiasing`, with its bound of 0.000025 under the root.
 struct Rules {
     float alpha_min = 1.0f / 255.0f;    ///< a term with a smaller alpha is skipped
     float alpha_max = 1.0f;             ///< 0.99 in the paper's presets; there it costs 2.5 levels where opaque layers overlap
@@ -45,15 +58,22 @@ struct Rules {
     /// (bench/error_vs_time).
     float transmittance_min = 5e-3f;
     float dilation = 0.3f;              ///< pixels squared; added to both variances of the projected Gaussian
-    float jacobian_limit = 1.3f;        ///< the Jacobian clamps x/z and y/z to this many half fields of view; 0: no clamp
+    float jacobian_limit = 1.3f;        ///< the Jacobian clamps x/z and y/z to this many distances to `slope_border`; 0: no clamp
     Footprint footprint = Footprint::opacity_box;
     Arithmetic arithmetic = Arithmetic::precise;
     Stop stop = Stop::after_crossing;
-    NearPlane near_plane = NearPlane::of_camera;
+    NearPlane near_plane : 4 = NearPlane::of_camera;
+    SlopeBorder slope_border : 2 = SlopeBorder::of_picture;
+    Coverage coverage : 2 = Coverage::of_record;
     /// Linear RGB, 0 to 1. A pixel is C + T background, with the colour C that its splats give it and the transmittance T behind them.
     float background[3] = {0, 0, 0};
+    /// The bounds of |x/z| and |y/z|; 0: `jacobian_limit` and the camera say them. A window of a picture that does not reach the picture's
+    /// farther borders takes the picture's bounds (`bounds_of`).
+    float slope_limit[2] = {0, 0};
+
+    constexpr Rules() noexcept = default; // GCC 12 converts no {} to an aggregate with bit-fields
 };
-static_assert(sizeof(Rules) == 36, "rules are plain words without padding: two of them are compared as bytes");
+static_assert(sizeof(Rules) == 44, "rules are plain words without padding: two of them are compared as bytes");
 
 /// Is the background black? Then no pixel is touched for it.
 constexpr bool is_black(float const (&background)[3]) noexcept

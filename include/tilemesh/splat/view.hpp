@@ -8,23 +8,38 @@
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-/// The camera and the rules of the picture, and the bounds that follow from both: the Jacobian's limits on x/z and y/z. `make_view` makes
-/// it. If the model fixes the near plane, the view's camera has that plane.
+/// The camera and the rules of the picture. `make_view` makes it. If the rules fix the near plane, the view's camera has that plane. The rules
+/// have the bounds of the slopes; they are huge if there are none.
 struct View {
     Camera camera;
     Rules rules;
-    float slope_limit[2]; ///< jacobian_limit * tan(half field of view); a huge number if the clamp is off
 };
-static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 36 + 8, "a view is plain words");
+static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 44, "a view is plain words");
+
+namespace detail {
+/// Twice the distance, in pixels, from the principal point to the border that bounds a slope.
+inline float twice_to_border(float centre, std::uint32_t size, SlopeBorder border) noexcept
+{
+    float const all = static_cast<float>(size), after = all - centre;
+    return border == SlopeBorder::of_half_width ? all : 2.0f * (centre > after ? centre : after);
+}
+} // namespace detail
 
 inline View make_view(Camera const& camera, Rules const& rules) noexcept
 {
     float const limit = rules.jacobian_limit > 0 ? rules.jacobian_limit * 0.5f : 1e30f;
-    View view{camera,
-              rules,
-              {limit * static_cast<float>(camera.width) / camera.fx, limit * static_cast<float>(camera.height) / camera.fy}};
+    View view{camera, rules};
+    float(&bound)[2] = view.rules.slope_limit;
+    if (!(bound[0] > 0)) bound[0] = limit * detail::twice_to_border(camera.cx, camera.width, rules.slope_border) / camera.fx;
+    if (!(bound[1] > 0)) bound[1] = limit * detail::twice_to_border(camera.cy, camera.height, rules.slope_border) / camera.fy;
     if (rules.near_plane == NearPlane::fixed) view.camera.near_depth = fixed_near_depth;
     return view;
+}
+
+/// The rules with which any window of this camera's picture is rendered as in the whole picture: with the picture's bounds of the slopes.
+inline Rules bounds_of(Camera const& picture, Rules const& rules) noexcept
+{
+    return make_view(picture, rules).rules;
 }
 
 /// The size of a tile, in pixels.
@@ -40,7 +55,8 @@ struct Tiling : TileSize {
 
 inline Tiling make_tiling(std::uint32_t width, std::uint32_t height, std::uint32_t tile_width, std::uint32_t tile_height) noexcept
 {
-    return {{tile_width, tile_height}, (width + tile_width - 1) / tile_width, (height + tile_height - 1) / tile_height};
+    auto const parts = [](std::uint32_t size, std::uint32_t part) { return size / part + (size % part != 0 ? 1u : 0u); }; // no sum that wraps
+    return {{tile_width, tile_height}, parts(width, tile_width), parts(height, tile_height)};
 }
 
 /// A half-open rectangle of pixels. It is empty if x1 <= x0 or y1 <= y0.
@@ -48,6 +64,17 @@ struct PixelRect {
     std::uint32_t x0, x1, y0, y1;
     constexpr bool empty() const noexcept { return x1 <= x0 || y1 <= y0; }
 };
+
+/// The camera that sees a window of this camera's picture. With `precise` arithmetic, the rules `bounds_of(picture, rules)` and a principal
+/// point that floats subtract exactly (a multiple of 1/128 pixel), every pixel of the window has the bits of the picture's.
+inline Camera window_of(Camera picture, PixelRect const& window) noexcept
+{
+    picture.cx -= static_cast<float>(window.x0);
+    picture.cy -= static_cast<float>(window.y0);
+    picture.width = window.x1 - window.x0;
+    picture.height = window.y1 - window.y0;
+    return picture;
+}
 
 /// The pixels of tile t that lie in the frame.
 inline PixelRect pixels_of(Tiling const& tiling, Camera const& camera, TileId t) noexcept

@@ -6,14 +6,24 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
+TILEMESH_HOST void check_size(std::uint32_t width, std::uint32_t height)
+{
+    if (width == 0 || height == 0 || width > 65535 || height > 65535)
+        throw Error("a frame of " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels (each side is 1 to 65,535); choose another size");
+}
+TILEMESH_HOST void check_cut(Cut const& cut)
+{
+    if ((cut.grid.width == 0) != (cut.grid.height == 0) || (cut.tile.width == 0) != (cut.tile.height == 0))
+        throw Error("a grid or tile with one side of 0 (0 means that both sides follow from the frame); give both sides");
+}
+
 TILEMESH_HOST FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine,
                                        std::uint32_t tile_pixels, char const* setup)
 {
     auto const by = [](std::uint64_t w, std::uint64_t h) { return std::to_string(w) + " x " + std::to_string(h); };
-    if (width == 0 || height == 0 || width > 65535 || height > 65535)
-        throw Error("a frame of " + by(width, height) + " pixels (each side is 1 to 65,535); choose another size");
-    if ((cut.grid.width == 0) != (cut.grid.height == 0) || (cut.tile.width == 0) != (cut.tile.height == 0))
-        throw Error("a grid or tile with one side of 0 (0 means that both sides follow from the frame); give both sides");
+    check_size(width, height);
+    check_cut(cut);
     auto const tiling = tiling_for(cut, width, height);
     auto const tile_width = tiling.tile_width, tile_height = tiling.tile_height;
     Extent2 const grid = cut.grid.width != 0 && cut.grid.height != 0
@@ -33,17 +43,35 @@ TILEMESH_HOST FrameLayout layout_frame(Cut const& cut, std::uint32_t width, std:
     return {Grid{grid.width, grid.height}, tiling};
 }
 
+TILEMESH_HOST bool fits(Cut const& cut, std::uint32_t width, std::uint32_t height, MachineSize const& machine, std::uint32_t tile_pixels) noexcept
+try {
+    (void)layout_frame(cut, width, height, machine, tile_pixels, "");
+    return true;
+} catch (Error const&) {
+    return false;
+}
+
 TILEMESH_HOST void check_camera(splat::Camera const& camera)
 {
+    bool finite = true;
+    auto const look = [&](float v) { finite = finite && v - v == 0; };
+    for (auto const& row : camera.rotation)
+        for (float const v : row) look(v);
+    for (float const v : camera.position) look(v);
+    for (float const v : {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth}) look(v);
+    if (!finite) throw Error("a camera with a number that is not finite (no Gaussian could be projected); correct the camera");
     if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
         throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
                     "correct the camera");
+    check_size(camera.width, camera.height);
 }
 TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {
     if (!(rules.alpha_min >= 0) || !(rules.alpha_max >= 0) || !(rules.transmittance_min >= 0) || !(rules.dilation >= 0))
         throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
                     "blend what is not light); correct the model");
+    if (!(rules.slope_limit[0] >= 0) || !(rules.slope_limit[1] >= 0))
+        throw Error("a model whose slope_limit is negative or not a number (0: the camera says it); correct the model");
     for (float const v : rules.background)
         if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the model");
 }

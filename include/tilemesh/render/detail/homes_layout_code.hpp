@@ -48,9 +48,8 @@ TILEMESH_HOST void HomesLedger::add(char const* name, char const* what, std::uin
 
 TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions const& options, Extent2 size, std::uint64_t records)
 {
-    if (size.width == 0 || size.height == 0 || size.width > 65535 || size.height > 65535)
-        throw Error("a frame of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-                    " pixels (each side is 1 to 65,535); choose another size");
+    check_size(size.width, size.height);
+    check_cut({options.grid, options.tile});
     auto const grid = homes_grid(options);
     if (std::uint64_t{grid.width} * grid.height > c.machine.tiles)
         throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles (" + c.machine.name + " has " +
@@ -86,6 +85,26 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
         throw Error("a limit of " + std::to_string(options.held_slots) + " held splats (a tile has room for " + std::to_string(sizes.held) +
                     "); choose 1 to " + std::to_string(sizes.held));
     return {grid, fold, sizes, std::move(ledger)};
+}
+
+TILEMESH_HOST RendererOptions within(HomesChoice const& choice, RendererOptions options) noexcept
+{
+    options.channel_slots = std::min(options.channel_slots, choice.sizes.parcels);
+    options.waiting_slots = std::min(options.waiting_slots, choice.sizes.waiting);
+    options.storage_slots = std::min(options.storage_slots, choice.sizes.held);
+    return options;
+}
+TILEMESH_HOST void check_limits(HomesChoice const& choice, RendererOptions const& options)
+{
+    auto const check = [](std::uint32_t asked, std::uint32_t most, char const* what) {
+        if (asked > most)
+            throw Error("a limit of " + std::to_string(asked) + " " + what + " (homes have at most " + std::to_string(most) + "); choose 1 to " +
+                        std::to_string(most) + ", or 0 for no limit");
+    };
+    check(options.channel_slots, choice.sizes.parcels, "parcels in a channel");
+    check(options.waiting_slots, choice.sizes.waiting, "parcels that wait");
+    check(options.held_slots, choice.sizes.held, "held splats");
+    check(options.held_slots != 0 ? 0 : options.storage_slots, choice.sizes.held, "held splats");
 }
 
 TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile)

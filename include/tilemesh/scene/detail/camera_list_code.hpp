@@ -99,7 +99,7 @@ TILEMESH_HOST splat::Camera CameraEntry::camera(Pose const& pose, Intrinsics con
 TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& entry)
 {
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
-    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}, {}};
+    NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}, {}, fields.near.there};
     entry.rename(label(named));
     entry.refuse_distortion(fields.distortion);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");

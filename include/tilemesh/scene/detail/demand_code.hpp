@@ -39,6 +39,19 @@ TILEMESH_HOST bool Demand::holds_for(splat::View const& view) const
     return culled == 0 || std::binary_search(scanned.begin(), scanned.end(), key_of(view));
 }
 
+TILEMESH_HOST bool only_near_hides(splat::Gaussian const& g, splat::View const& view) noexcept
+{
+    auto const& c = view.camera;
+    float along[3];
+    for (int i = 0; i < 3; ++i) {
+        along[i] = 0;
+        for (int j = 0; j < 3; ++j) along[i] += c.rotation[i][j] * (g.mean_world[j] - c.position[j]);
+    }
+    if (!(along[2] > 0 && along[2] <= c.near_depth && g.opacity >= view.rules.alpha_min)) return false;
+    float const x = c.fx * along[0] / along[2] + c.cx, y = c.fy * along[1] / along[2] + c.cy;
+    return x >= 0 && x < static_cast<float>(c.width) && y >= 0 && y < static_cast<float>(c.height);
+}
+
 TILEMESH_HOST Demand demand_of(Map const& map, splat::Rules const& rules)
 {
     require_harmonics(map);

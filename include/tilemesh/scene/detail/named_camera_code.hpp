@@ -24,13 +24,14 @@ TILEMESH_HOST std::string label(NamedCamera const& camera)
 TILEMESH_HOST std::vector<NamedCamera> relative_to_origin(std::vector<NamedCamera> cameras, std::array<double, 3> const& origin)
 {
     if (origin == std::array<double, 3>{}) return cameras;
-    for (auto& [scene, file, name, camera, position] : cameras) {
+    for (auto& each : cameras) {
         glm::dvec3 moved{0.0};
+        float(&position)[3] = each.camera.position;
         for (int axis = 0; axis < 3; ++axis) {
-            moved[axis] = (position ? (*position)[axis] : static_cast<double>(camera.position[axis])) - origin[static_cast<std::size_t>(axis)];
-            camera.position[axis] = static_cast<float>(moved[axis]);
+            moved[axis] = (each.position ? (*each.position)[axis] : static_cast<double>(position[axis])) - origin[static_cast<std::size_t>(axis)];
+            position[axis] = static_cast<float>(moved[axis]);
         }
-        position = moved;
+        each.position = moved;
     }
     return cameras;
 }

@@ -61,7 +61,7 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
     if (others != 0) map.notes.push_back("columns skipped: " + names);
     if (header.antialiased || vertex.find("filter_3D") != nullptr)
-        map.notes.push_back("trained with anti-aliasing, which is not applied");
+        map.notes.push_back(antialiased_note);
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
 }
 

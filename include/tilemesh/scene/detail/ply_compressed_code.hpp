@@ -113,7 +113,7 @@ TILEMESH_HOST Map read_compressed_ply(ByteSource& source, PlyHeader const& heade
                             std::to_string(harmonics.degree));
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
 
-    if (header.antialiased) map.notes.push_back("trained with anti-aliasing, which is not applied");
+    if (header.antialiased) map.notes.push_back(antialiased_note);
     MapSink sink(map, vertex.count, 0);
     std::vector<CompressedPly::Chunk> boxes;
     boxes.reserve(static_cast<std::size_t>(chunks));

@@ -138,7 +138,7 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
     map.notes.push_back("read as SOG version " + std::to_string(meta.version) + " of degree " + std::to_string(map.sh_degree));
     if (harmonics.width_says)
         map.notes.push_back("shN.bands of meta.json is missing or 0: the palette's width says degree " + std::to_string(map.sh_degree));
-    if (meta.antialiased) map.notes.push_back("trained with anti-aliasing, which is not applied");
+    if (meta.antialiased) map.notes.push_back(antialiased_note);
     if (meta.count == 0) map.notes.push_back("meta.json promises no Gaussians: the map is empty");
     MapSink sink(map, meta.count, splat::harmonics_per_channel(map.sh_degree));
     std::array<std::array<double, 256>, 3> scale_of, colour_of;

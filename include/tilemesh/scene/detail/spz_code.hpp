@@ -231,7 +231,7 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
     map.sh_degree = std::min(header.degree, 3u);
     map.notes.push_back("read as SPZ version " + std::to_string(header.version) + " of degree " + std::to_string(header.degree) +
                         (header.degree > 3 ? ", up to degree 3" : "") + "; y and z changed sign: an SPZ has y up and z back, a PLY y down and z forward");
-    if ((header.flags & 1u) != 0) map.notes.push_back("trained with anti-aliasing, which is not applied");
+    if ((header.flags & 1u) != 0) map.notes.push_back(antialiased_note);
     if ((header.flags & 2u) != 0) map.notes.push_back("extensions skipped");
     else if (more) map.notes.push_back("bytes after the last row skipped");
     if (header.rows == 0) map.notes.push_back("the header promises no rows: the map is empty");

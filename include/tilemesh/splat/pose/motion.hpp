@@ -82,10 +82,10 @@ struct MotionBasis {
         ratio = fx / fy, per_ratio = fy / fx;
         per_z = one / s.depth;
         sx = s.mean_x / fx, sy = s.mean_y / fy;
-        jx = splat::detail::limited<A>(sx, view.slope_limit[0]);
-        jy = splat::detail::limited<A>(sy, view.slope_limit[1]);
-        free_x = A::select(A::magnitude(sx) <= A::all(view.slope_limit[0]), one, zero);
-        free_y = A::select(A::magnitude(sy) <= A::all(view.slope_limit[1]), one, zero);
+        jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
+        jy = splat::detail::limited<A>(sy, view.rules.slope_limit[1]);
+        free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
+        free_y = A::select(A::magnitude(sy) <= A::all(view.rules.slope_limit[1]), one, zero);
         px = fx * per_z, py = fy * per_z;
         h_a = A::all(-2.0f * view.rules.dilation) * along;
         a_s = across / along;

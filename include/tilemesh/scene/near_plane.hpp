@@ -1,0 +1,54 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace scene {
+
+namespace detail {
+/// At most so many records decide about a near plane: every k-th row of the map. The median of 4,096 depths is good to some percent.
+inline constexpr std::size_t near_plane_sample = 4096;
+/// A tenth of the median depth if that is below `default_near`; `default_near` if there is no depth.
+TILEMESH_HOST float near_of_depths(std::vector<float> depths);
+} // namespace detail
+
+/// The near plane for a camera whose file names none: 0.2, or a tenth of the median depth of what the picture shows if that is less. So a map
+/// in other units, or a camera close to its object, keeps the splats before it, and a room keeps the trainers' plane. The median is that of
+/// at most 4,096 rows, evenly spaced, whose means lie in front of the camera and in the picture. It depends on map and camera alone.
+///
+/// `AnyMap` is Map, or another type whose `gaussians` have a `mean_world`. Cost: one product with the rotation for each row of the sample.
+template <class AnyMap>
+float near_for(AnyMap const& map, splat::Camera const& camera)
+{
+    auto const& gaussians = map.gaussians;
+    std::size_t const step = gaussians.size() / detail::near_plane_sample + 1;
+    std::vector<float> depths;
+    for (std::size_t row = 0; row < gaussians.size(); row += step) {
+        double view[3];
+        for (int i = 0; i < 3; ++i) {
+            view[i] = 0;
+            for (int j = 0; j < 3; ++j)
+                view[i] += double{camera.rotation[i][j]} * (double{gaussians[row].mean_world[j]} - double{camera.position[j]});
+        }
+        double const x = camera.fx * view[0] / view[2] + camera.cx, y = camera.fy * view[1] / view[2] + camera.cy;
+        if (view[2] > 0 && x >= 0 && x < camera.width && y >= 0 && y < camera.height) depths.push_back(static_cast<float>(view[2]));
+    }
+    return detail::near_of_depths(std::move(depths));
+}
+
+/// Gives each camera that names no near plane the one of `near_for`.
+template <class AnyMap>
+void choose_near(std::vector<NamedCamera>& cameras, AnyMap const& map)
+{
+    for (auto& each : cameras)
+        if (!each.names_near) each.camera.near_depth = near_for(map, each.camera);
+}
+
+}}} // namespace tilemesh::scene
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/scene/detail/near_plane_code.hpp>
+#endif

@@ -1,0 +1,191 @@
+// test: unoptimised test asan, cost 6
+// The public doors: every renderer refuses the same maps, cameras, rules and options, with one line, and renders as before afterwards.
+#include "../splat/support.hpp"
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/exact_renderer.hpp>
+#include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/scene/demand.hpp>
+#include <utility>
+#include <vector>
+
+using namespace tilemesh;
+using report::Program;
+
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity(), not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+struct Door {
+    char const* name;
+    std::function<std::unique_ptr<AnyRenderer>(scene::Map const&, RendererOptions const&)> make;
+};
+std::vector<Door> doors()
+{
+    auto const exact = [](Program program) {
+        return [program](scene::Map const& map, RendererOptions options) {
+            options.program = program;
+            return exact_renderer(map, options);
+        };
+    };
+    return {{"anchored", exact(Program::anchored)},
+            {"homes", exact(Program::homes)},
+            {"automatic", exact(Program::automatic)},
+            {"fit_to_map", [](scene::Map const& map, RendererOptions const& options) { return fit_to_map<>(map, options); }},
+            {"make_homes_renderer", [](scene::Map const& map, RendererOptions const& options) {
+                 render::HomesChoice choice;
+                 choice.sh_degree = map.sh_degree;
+                 return render::make_homes_renderer<>(map, choice, options);
+             }}};
+}
+scene::Map cloud() { return support::map_of(support::cloud(60, 4)); }
+splat::Camera sound() { return support::lens(64, 48); }
+
+/// The error of this; it is one line, "<problem> (<why>); <what to do>".
+template <class F>
+std::string refusal(F const& f)
+{
+    try {
+        f();
+    } catch (Error const& error) {
+        std::string const text = error.what();
+        CHECK(text.find('\n') == std::string::npos);
+        CHECK(text.find(" (") != std::string::npos);
+        CHECK(text.find("); ") != std::string::npos);
+        return text;
+    }
+    return {};
+}
+struct BadCamera {
+    std::string what;
+    splat::Camera camera;
+};
+std::vector<BadCamera> bad_cameras()
+{
+    std::vector<BadCamera> out;
+    for (std::size_t word = 0; word < 17; ++word) // rotation, position, fx, fy, cx, cy, near
+        for (float const value : {infinity, -infinity, not_a_number}) {
+            auto camera = sound();
+            std::memcpy(reinterpret_cast<char*>(&camera) + word * sizeof value, &value, sizeof value);
+            out.push_back({"word " + std::to_string(word), camera});
+        }
+    for (float splat::Camera::*const member : {&splat::Camera::fx, &splat::Camera::fy, &splat::Camera::near_depth})
+        for (float const value : {0.0f, -0.0f, -1.0f}) {
+            auto camera = sound();
+            camera.*member = value;
+            out.push_back({"a member not above 0", camera});
+        }
+    for (std::uint32_t splat::Camera::*const member : {&splat::Camera::width, &splat::Camera::height})
+        for (std::uint32_t const value : {0u, 65536u, 0xffffffffu}) {
+            auto camera = sound();
+            camera.*member = value;
+            out.push_back({"a side", camera});
+        }
+    return out;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("render");
+
+TEST_CASE("every renderer refuses a camera that is not finite, not above 0, or has no size; and goes on")
+{
+    for (auto const& door : doors()) {
+        INFO(door.name);
+        auto const renderer = door.make(cloud(), {});
+        auto const before = renderer->render(sound());
+        for (auto const& bad : bad_cameras()) {
+            INFO(bad.what);
+            CHECK_FALSE(refusal([&] { (void)renderer->render(bad.camera); }).empty());
+        }
+        CHECK(support::differing_pixels(renderer->render(sound()).image, before.image) == 0);
+    }
+}
+
+TEST_CASE("every renderer refuses rules that are negative or not a number, and backgrounds outside 0 to 1")
+{
+    for (auto const& door : doors()) {
+        INFO(door.name);
+        auto const renderer = door.make(cloud(), {});
+        auto const before = renderer->render(sound());
+        auto const rules = renderer->rules();
+        auto const refused = [&](splat::Rules const& bad) {
+            renderer->rules() = bad;
+            CHECK_FALSE(refusal([&] { (void)renderer->render(sound()); }).empty());
+            renderer->rules() = rules;
+        };
+        for (float const value : {-1.0f, -infinity, not_a_number}) {
+            for (float splat::Rules::*const member : {&splat::Rules::alpha_min, &splat::Rules::alpha_max, &splat::Rules::transmittance_min,
+                                                      &splat::Rules::dilation}) {
+                auto bad = rules;
+                bad.*member = value;
+                refused(bad);
+            }
+            for (int i = 0; i < 2; ++i) {
+                auto bad = rules;
+                bad.slope_limit[i] = value;
+                refused(bad);
+            }
+        }
+        for (float const value : {-0.1f, 1.1f, infinity, not_a_number}) {
+            auto bad = rules;
+            bad.background[1] = value;
+            refused(bad);
+        }
+        CHECK(support::differing_pixels(renderer->render(sound()).image, before.image) == 0);
+    }
+}
+
+TEST_CASE("every renderer refuses a map whose harmonics are not those of its degree")
+{
+    for (auto const& door : doors())
+        for (auto const& bad : {std::pair(3u, 0u), std::pair(1u, 60u * 9u - 1u), std::pair(4u, 60u * 72u), std::pair(0u, 1u)}) {
+            INFO(door.name, ", degree ", bad.first);
+            auto map = cloud();
+            map.sh_degree = bad.first;
+            map.harmonics.resize(bad.second);
+            CHECK_FALSE(refusal([&] { (void)door.make(map, {})->render(sound()); }).empty());
+            CHECK_FALSE(refusal([&] { (void)scene::demand_of(map); }).empty());
+        }
+}
+
+TEST_CASE("every renderer refuses grids, tiles and limits that no machine has")
+{
+    constexpr std::uint32_t most = 0xffffffffu;
+    std::vector<RendererOptions> bad;
+    for (Extent2 const e : {Extent2{most, 1}, Extent2{1, most}, Extent2{most, most}, Extent2{0, 5}, Extent2{5, 0}, Extent2{65536, 65536}}) {
+        bad.push_back({.grid = e});
+        if (e.width == 0 || e.height == 0) bad.push_back({.tile = e});
+    }
+    bad.push_back({.threads = 1025});
+    bad.push_back({.threads = most});
+    for (auto const& door : doors())
+        for (auto const& options : bad) {
+            INFO(door.name, ", ", options.threads, " threads, grid ", options.grid.width, " x ", options.grid.height, ", tile ", options.tile.width,
+                 " x ", options.tile.height);
+            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options)->render(sound()); }).empty());
+        }
+    for (auto const& door : doors())
+        for (std::uint32_t RendererOptions::*const limit : {&RendererOptions::channel_slots, &RendererOptions::waiting_slots, &RendererOptions::storage_slots}) {
+            INFO(door.name);
+            RendererOptions options{.tile = {}};
+            options.*limit = most;
+            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options)->render(sound()); }).empty());
+        }
+    // A tile larger than the frame is one tile; homes have no tiles of a size.
+    CHECK(refusal([] { (void)exact_renderer(cloud(), {.tile = {most, 1}, .program = Program::homes}); }).find("leave them out") != std::string::npos);
+    CHECK_FALSE(refusal([] { (void)exact_renderer(cloud(), {.tile = {most, 1}, .program = Program::anchored})->render(sound()); }).empty());
+    MachineSize const machine{"mk2", 1472, 638976, 0, 6, 0};
+    CHECK_FALSE(refusal([&] { (void)render::layout_frame({{most, 1}, {}}, 64, 48, machine, 640, "lossless"); }).empty());
+    CHECK_FALSE(refusal([&] { (void)render::layout_frame({{}, {most, most}}, 64, 48, machine, 640, "lossless"); }).empty());
+}
+
+TEST_SUITE_END();
