@@ -73,6 +73,9 @@ TEST_CASE("Reduce: sum, least, most and and are those of a plain loop, at tile (
 }
 
 namespace {
+struct Idle {
+    void operator()(Load const&) const noexcept {}
+};
 template <ReduceTo Where>
 void check_reduce_on(Grid grid)
 {
@@ -106,6 +109,25 @@ TEST_CASE("reduce_on: a reduction of known length asks for no vote, and has the 
         check_reduce_on<ReduceTo::one>(grid);
         check_reduce_on<ReduceTo::all>(grid);
     }
+}
+
+TEST_CASE("reduce_on: a mesh with another grid refuses the program when it is built")
+{
+    auto const refused = [](auto const& program, Grid grid) {
+        auto const text = error_of([&] { Mesh mesh{program, grid}; });
+        CHECK(error_of([&] { CheckedMesh mesh{program, grid}; }) == text);
+        return text;
+    };
+    using Busy = Superstep<Idle>;
+    Grid const grid{8, 6};
+    auto const known = reduce_on<Weight, Sum>(grid);
+    CHECK(refused(known, grid).empty());
+    CHECK(refused(known, {8, 7}) == "a part of the program for a grid of 8 x 6 tiles (the mesh has 8 x 7); give reduce_on the grid of the mesh");
+    for (Grid const other : {Grid{7, 6}, Grid{9, 6}, Grid{8, 5}, Grid{6, 8}, Grid{1, 1}}) CHECK(!refused(known, other).empty());
+    // at any depth of a program
+    CHECK(has(refused(Sequence{Busy{}, Sequence{known}}, {7, 6}), "for a grid of 8 x 6 tiles (the mesh has 7 x 6)"));
+    CHECK(has(refused(Sequence{Busy{}, Loop{2, known, Busy{}}}, {7, 6}), "for a grid of 8 x 6 tiles (the mesh has 7 x 6)"));
+    CHECK(refused(Sequence{Busy{}, Loop{2, known, Busy{}}}, grid).empty());
 }
 
 TEST_CASE("Reduce: its ledger is a word of state and a channel of one message; a value may look at several things")

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <sys/resource.h>
+#include <tilemesh/machine/reduce.hpp>
 
 using namespace mpi_test;
 
@@ -167,6 +168,7 @@ TEST_CASE("what all ranks do wrong is the error of Mesh, without a rank")
     CHECK(error_of([] { MpiMesh<Heat, Tiny> mesh{MPI_COMM_WORLD, Heat{}, grid}; }) == want);
     CHECK(has(error_of_building(Heat{}, grid, MpiMeshOptions{.row_weights = {1, 2}}), "2 row weights (the grid has 8 rows); "));
     CHECK(has(error_of_building(Heat{}, grid, MpiMeshOptions{.threads = 1025}), "1025 threads (a mesh runs on at most 1,024)"));
+    CHECK(has(error_of_building(reduce_on<Member<&Demand::items>, Sum>({5, 7}), grid), "for a grid of 5 x 7 tiles (the mesh has 5 x 8)"));
     MpiMesh<Filling, Roomy> mesh{MPI_COMM_WORLD, Filling{1}, grid};
     CHECK(has(error_of([&] { mesh.limit<Small>(3); }), "a limit of 3 items for Small (the program's layout has 2)"));
     CHECK(has(error_of([&] { mesh.run_within(0, 0, 6, 8); }), "choose a rectangle inside it"));

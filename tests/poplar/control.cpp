@@ -129,6 +129,16 @@ TEST_CASE("poplar: Reduce, to one and to all")
         }, 2);
 }
 
+TEST_CASE("poplar: reduce_on of another grid is refused when the mesh is built")
+{
+    using Known = decltype(reduce_on<Weight, Sum>({3, 2}));
+    auto const refused = [](Grid grid) {
+        return error_of([&] { PoplarMesh<Known> mesh{reduce_on<Weight, Sum>({3, 2}), grid, poplar_test::options("weigh")}; });
+    };
+    CHECK(refused({3, 2}).empty());
+    CHECK(has(refused({3, 3}), "for a grid of 3 x 2 tiles (the mesh has 3 x 3)"));
+}
+
 TEST_CASE("poplar: the trace of a program with a Loop is that of a Mesh")
 {
     for (std::uint32_t const water : {0u, 1u}) {

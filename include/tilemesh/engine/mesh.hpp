@@ -59,9 +59,9 @@ struct Bank {
 /// Cost: idle tiles and empty channels cost nothing in a superstep, except one word for each 4,096 tiles. Memory follows live items.
 /// Between runs a mesh keeps its states, and the mail that a bound (`at_most`) left under way.
 ///
-/// Errors: the constructor and `limit` throw Error for a machine that is too small. `run` throws Error for broken contracts
-/// (TILEMESH_EXPECT) and for a step that exceeds `most_passes`. An observer's exception passes through. Out of memory, it throws
-/// std::bad_alloc. After an exception the mesh refuses to run again.
+/// Errors: the constructor and `limit` throw Error for a machine that is too small, and the constructor for a program with the counts of
+/// another grid (`SequenceOn`). `run` throws Error for broken contracts (TILEMESH_EXPECT) and for a step that exceeds `most_passes`. An
+/// observer's exception passes through. Out of memory, it throws std::bad_alloc. After an exception the mesh refuses to run again.
 ///
 /// Broken contracts end the run after their superstep, in every build, because a program that waits for an item that a full list refused
 /// would never end. The Error has the text of the first broken contract of the lowest tile, the tile, the superstep, and the number of

@@ -71,6 +71,22 @@ private:
     std::uint32_t first_, last_;
 };
 
+/// Throws Error if a part of the program has the counts of another grid than that of the mesh.
+template <class... Step>
+void expect_grid(SequenceOn<Step...> const& part, Grid grid)
+{
+    if (part.grid.width != grid.width || part.grid.height != grid.height)
+        throw Error("a part of the program for a grid of " + std::to_string(part.grid.width) + " x " + std::to_string(part.grid.height) +
+                    " tiles (the mesh has " + std::to_string(grid.width) + " x " + std::to_string(grid.height) +
+                    "); give reduce_on the grid of the mesh");
+}
+template <class Part>
+void expect_grid(Part const& part, Grid grid)
+{
+    if constexpr (StepTraits<Part>::has_grid)
+        std::apply([&](auto const&... inner) { (expect_grid(inner, grid), ...); }, part.steps);
+}
+
 /// The words of all tiles' states and broadcasts. All engines derive from this class. `Guarded` puts guard words around every region.
 ///
 /// The heads of lists and the small structs of a tile lie together in `hot`, so a tile with little work uses one or two cache lines. Items
@@ -95,6 +111,7 @@ public:
             throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " = " +
                         std::to_string(grid.size()) + " tiles (" + machine.name + " has " + std::to_string(machine.tiles) +
                         "); choose a smaller grid, larger tiles or another machine");
+        if constexpr (StepTraits<Program>::has_grid) expect_grid(program_, grid);
         hot_ = Arena(std::size_t{grid.size()} * hot_stride);
         capacity_ = sizes_.slots;
         make(States{});

@@ -189,22 +189,24 @@ struct FinishReducing {
     }
 };
 template <class Value, class Operator, ReduceTo Where>
-using ReduceOn = Sequence<Superstep<BeginReduce<Value, Operator, Where>>, Repeat<GoOnReducing<Value, Operator, Where>>,
-                          Superstep<FinishReducing<Value, Operator, Where>>>;
+using ReduceOn = SequenceOn<Superstep<BeginReduce<Value, Operator, Where>>, Repeat<GoOnReducing<Value, Operator, Where>>,
+                            Superstep<FinishReducing<Value, Operator, Where>>>;
 } // namespace detail
 
 /// A `Reduce` whose number of passes is that of a grid, so it asks for no vote: `reduce_on<Member<&Cell::kelvin>, Most>(grid)` is a part of a
 /// program, as `Reduce<Member<&Cell::kelvin>, Most>{}`, with the same messages, states and order. Its kernels are those of `Reduce` and
-/// `detail::FinishReducing<Value, Operator, Where>`. `grid` must be that of the mesh: on a larger one, the result lacks tiles.
+/// `detail::FinishReducing<Value, Operator, Where>`. `grid` must be that of the mesh: a mesh with another grid throws `Error` when it is
+/// built.
 ///
 /// Cost: that of `Reduce` without its votes; every tile runs in each pass. On one tile, one pass more.
 template <class Value, class Operator, ReduceTo Where = ReduceTo::one>
 constexpr detail::ReduceOn<Value, Operator, Where> reduce_on(Grid grid) noexcept
 {
     std::uint32_t const exchanges = (Where == ReduceTo::all ? 2u : 1u) * (grid.width + grid.height - 2);
-    return {Superstep<detail::BeginReduce<Value, Operator, Where>>{},
-            Repeat<detail::GoOnReducing<Value, Operator, Where>>{exchanges == 0 ? 0 : exchanges - 1},
-            Superstep<detail::FinishReducing<Value, Operator, Where>>{}};
+    return {{Superstep<detail::BeginReduce<Value, Operator, Where>>{},
+             Repeat<detail::GoOnReducing<Value, Operator, Where>>{exchanges == 0 ? 0 : exchanges - 1},
+             Superstep<detail::FinishReducing<Value, Operator, Where>>{}},
+            grid};
 }
 
 }} // namespace tilemesh

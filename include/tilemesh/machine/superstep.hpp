@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/types.hpp>
 #include <tuple>
 #include <type_traits>
@@ -43,6 +44,12 @@ struct Sequence {
 template <>
 struct Sequence<> {
     std::tuple<> steps{};
+};
+
+/// A Sequence whose counts are those of one grid, as that of `reduce_on`. A mesh with another grid throws `Error` when it is built.
+template <class... Steps>
+struct SequenceOn : Sequence<Steps...> {
+    Grid grid{};
 };
 
 /// Repeats its steps, in order. It makes another round while a tile voted busy in the superstep before, but at most `at_most` rounds. Mail
@@ -89,6 +96,7 @@ using StepIf = std::conditional_t<Present, Part, Sequence<>>;
 ///   Steps        its steps, in order; `StepCounters`, traces and logs use their numbers
 ///   Flags        the broadcasts that its conditions read
 ///   loops        the number of its Loops, itself included
+///   has_grid     is it a SequenceOn, or does it contain one?
 template <class Part>
 struct StepTraits {
     static_assert(!sizeof(Part*), "not a program (its parts are Superstep<K>, Repeat<K>, UntilQuiet<K>, Sequence<...>, Loop<...>, "
@@ -98,7 +106,7 @@ struct StepTraits {
 namespace detail {
 template <class Step, class K, bool Everywhere>
 struct OneKernel {
-    static constexpr bool is_step = true, is_loop = false;
+    static constexpr bool is_step = true, is_loop = false, has_grid = false;
     static constexpr bool everywhere = Everywhere;
     static constexpr std::uint32_t loops = 0;
     using Kernel = K;
@@ -109,6 +117,7 @@ template <class... Parts>
 struct SeveralParts {
     static constexpr bool is_step = false, is_loop = false, is_condition = false;
     static constexpr std::uint32_t loops = (0u + ... + StepTraits<Parts>::loops);
+    static constexpr bool has_grid = (StepTraits<Parts>::has_grid || ...);
     using Steps = typename Concat<typename StepTraits<Parts>::Steps...>::type;
     using Flags = typename Concat<typename StepTraits<Parts>::Flags...>::type;
 };
@@ -138,6 +147,10 @@ struct StepTraits<UntilQuiet<K>> : detail::OneKernel<UntilQuiet<K>, K, false> {
 };
 template <class... Parts>
 struct StepTraits<Sequence<Parts...>> : detail::SeveralParts<Parts...> {};
+template <class... Parts>
+struct StepTraits<SequenceOn<Parts...>> : detail::SeveralParts<Parts...> {
+    static constexpr bool has_grid = true;
+};
 template <class... Parts>
 struct StepTraits<Loop<Parts...>> : detail::SeveralParts<Parts...> {
     static constexpr bool is_loop = true;
