@@ -2,6 +2,7 @@
 #include "stand_ins.hpp"
 #include "support.hpp"
 #include <doctest/doctest.h>
+#include <random>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -104,6 +105,47 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
             CHECK(a.report.peak_storage <= c.held);
         }
         CHECK(rows.render(views.back()).report.passes.total() == 0); // an unchanged view
+    }
+}
+
+TEST_CASE("a crowd on one tile: n splats arrive n log n times at most, in the first view and in the next one, and the picture is the naive loop's")
+{
+    Grid const grid{4, 3};
+    splat::Camera view{};
+    for (int i = 0; i < 3; ++i) view.rotation[i][i] = 1;
+    view.near_depth = 0.2f;
+    view.width = 64;
+    view.height = 15; // a block a tile
+    view.fx = view.fy = 60;
+    view.cx = 24;
+    view.cy = 7.5f;
+    RendererOptions o;
+    o.grid = grid;
+    o.storage_slots = 40;
+    for (std::uint32_t const n : {1500u, 6000u}) {
+        scene::Map map;
+        std::mt19937 random{n};
+        for (std::uint32_t i = 0; i < n; ++i) { // behind one pixel, and too faint to hide another
+            splat::Gaussian g{};
+            g.id = splat::GaussianId{i + 1};
+            g.mean_world[2] = 2 + static_cast<float>(random() % 100000) / 10000;
+            for (auto& scale : g.log_scale) scale = -7;
+            g.rotation[0] = 1;
+            g.opacity = 0.1f;
+            for (auto& colour : g.colour) colour = static_cast<float>(random() % 100) / 100;
+            map.gaussians.push_back(g);
+        }
+        render::HomesRenderer<homes::HostPolicies<>> renderer(map, choice(map, grid), o);
+        auto moved = view;
+        moved.cx += 0.25f;
+        for (auto const& camera : {view, moved}) {
+            auto const frame = renderer.render(camera);
+            auto const& counted = frame.report.homes;
+            CHECK(pixels_that_differ(frame.image, report::render_naive(map.gaussians, camera, renderer.rules())) == 0);
+            CHECK(counted.unfinished_tiles == 0);
+            CHECK(counted.rounds > n / 40); // every one goes through the tile
+            CHECK(counted.entries <= 4 * n); // 2.5 and 3; without cuts that stay 7 and 27
+        }
     }
 }
 
