@@ -1,9 +1,11 @@
 // test: unoptimised asan tsan, cost 10
+#include "runner.hpp"
 #include "stand_ins.hpp"
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <random>
 #include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -219,4 +221,39 @@ TEST_CASE("a bound on rounds is one of the frame: all chapters share it, and one
         auto const next = renderer.render(scene::orbit(view, scene::robust_centre(map), 30, 2)[1]);
         CHECK(next.report.homes.rounds >= std::min(bound, 3u));
     }
+}
+
+TEST_CASE("threads with a renderer each do not disturb each other: anchored tiles and homes, each with two threads of its own")
+{
+    auto const map = every(200);
+    Grid const grid{4, 3};
+    RendererOptions o;
+    o.grid = grid;
+    o.threads = 2;
+    o.storage_slots = 60;
+    auto const views = scene::orbit(scene::frame_whole(map, {90, 53}), scene::robust_centre(map), 5, 2);
+    auto const pictures = [&](bool anchored) {
+        std::vector<RenderedFrame> frames;
+        if (anchored) {
+            auto const renderer = support::make_runner<support::Whole>(map, o);
+            for (auto const& view : views) frames.push_back(renderer->render(view));
+        } else {
+            render::HomesRenderer<homes::HostPolicies<>> renderer(map, choice(map, grid), o);
+            for (auto const& view : views) frames.push_back(renderer.render(view));
+        }
+        return frames;
+    };
+    std::vector<RenderedFrame> const alone[] = {pictures(false), pictures(true)};
+    std::vector<RenderedFrame> together[4];
+    {
+        JoinedThreads threads;
+        for (std::size_t i = 0; i < std::size(together); ++i) threads.start([&, i] { together[i] = pictures(i % 2 != 0); });
+    }
+    for (std::size_t i = 0; i < std::size(together); ++i)
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            REQUIRE(together[i].size() == views.size());
+            CHECK(pixels_that_differ(together[i][v].image, alone[i % 2][v].image) == 0);
+            CHECK(together[i][v].report.passes.total() == alone[i % 2][v].report.passes.total());
+            CHECK(together[i][v].report.pairs == alone[i % 2][v].report.pairs);
+        }
 }
