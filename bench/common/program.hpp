@@ -1,4 +1,5 @@
 #pragma once
+#include "../../examples/shared/text.hpp"
 #include <common/options.hpp>
 #include <iostream>
 #include <new>
@@ -18,7 +19,7 @@ try {
     }
     return run(options);
 } catch (tilemesh::Error const& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << shared::one_line(error.what()) << '\n'; // a name may hold any bytes
     return 2;
 } catch (std::bad_alloc const&) {
     std::cerr << too_large << '\n';

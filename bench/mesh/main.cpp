@@ -1,5 +1,6 @@
 // The machine without splatting: the speed at which it moves records of 60 bytes by value, and the cost of a superstep in which almost
 // nothing happens. Exit status 1 if a check fails.
+#include "../../examples/shared/text.hpp"
 #include "job.hpp"
 #include <algorithm>
 #include <iostream>
@@ -106,7 +107,7 @@ int main(int argc, char** argv)
             csv << "grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
         }
     } catch (Error const& e) {
-        std::cerr << e.what() << '\n';
+        std::cerr << shared::one_line(e.what()) << '\n';
         return 2;
     }
     try {
@@ -146,11 +147,11 @@ int main(int argc, char** argv)
             }
         }
     } catch (Error const& e) {
-        std::cerr << e.what() << '\n';
+        std::cerr << shared::one_line(e.what()) << '\n';
         return 1;
     }
     if (csv.is_open() && !csv.flush()) {
-        std::cerr << "file " << options.csv << " (it could not be written to the end); make room and run again\n";
+        std::cerr << "file " << shared::one_line(options.csv) << " (it could not be written to the end); make room and run again\n";
         return 2;
     }
     return 0;

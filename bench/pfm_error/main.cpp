@@ -47,8 +47,8 @@ public:
     Refusal(std::string const& problem, std::string const& why, std::string const& remedy)
         : text_(problem + " (" + why + "); " + remedy)
     {
-        for (char& c : text_) // a file name may contain a line break
-            if (static_cast<unsigned char>(c) < ' ') c = '?';
+        for (char& c : text_) // a file name may contain a line break, or bytes that are no text
+            if (static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) > '~') c = '?';
     }
     char const* what() const noexcept override { return text_.c_str(); }
 

@@ -37,6 +37,31 @@ struct Contents {
     std::uint64_t bytes = 0;
     std::string digest;
 };
+/// A digest of 64 bits, as hexadecimal digits. It detects accidental damage, but not deliberate changes.
+class Digest {
+public:
+    /// Adds `n` bytes; zeros fill the last word. Only the last call may have an `n` that is no multiple of 8.
+    void add(char const* bytes, std::size_t n) noexcept
+    {
+        for (std::size_t i = 0; i < n; i += 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, bytes + i, std::min<std::size_t>(8, n - i));
+            // FNV-1a's step for a word (Fowler, Noll, Vo), then the high half is mixed into the low half. Otherwise two changes of a top
+            // bit cancel.
+            h_ = (h_ ^ word) * 0x100000001b3u;
+            h_ ^= h_ >> 32;
+        }
+    }
+    std::string text() const
+    {
+        std::array<char, 16> digits{};
+        return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), h_, 16).ptr};
+    }
+
+private:
+    std::uint64_t h_ = 0x9e3779b97f4a7c15u; // any start that is not 0
+};
+
 /// Returns nothing if there is no such file, or if it is not a regular file. Throws `Error` with the system's reason if it cannot be read.
 std::optional<Contents> contents_of(fs::path const& path)
 {
@@ -51,30 +76,37 @@ std::optional<Contents> contents_of(fs::path const& path)
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> const in(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!in) fail();
     std::vector<char> block(1u << 20);
-    std::uint64_t bytes = 0, h = 0x9e3779b97f4a7c15u; // any start that is not 0
+    std::uint64_t bytes = 0;
+    Digest digest;
     for (std::size_t n = block.size(); n == block.size();) {
         errno = 0;
         n = std::fread(block.data(), 1, block.size(), in.get());
         if (std::ferror(in.get()) != 0) fail();
-        std::fill(block.begin() + static_cast<std::ptrdiff_t>(n), block.end(), '\0'); // zeros fill the last word; the size is known
-        for (std::size_t i = 0; i < n; i += 8) {
-            std::uint64_t word = 0;
-            std::memcpy(&word, block.data() + i, 8);
-            // FNV-1a's step for a word (Fowler, Noll, Vo), then the high half is mixed into the low half. Otherwise two changes of a top
-            // bit cancel.
-            h = (h ^ word) * 0x100000001b3u;
-            h ^= h >> 32;
-        }
+        digest.add(block.data(), n);
         bytes += n;
     }
-    std::array<char, 16> digits{};
-    auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), h, 16).ptr;
-    return Contents{bytes, {digits.data(), end}};
+    return Contents{bytes, digest.text()};
 }
 
 std::string line_of(Json const& json)
 {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// A frame's line ends with the digest of the list's first line and of the line's own text before `seal`.
+constexpr std::string_view seal = ",\"digest\":\"";
+std::string digest_of_line(std::string_view head_line, std::string_view text)
+{
+    auto const all = std::string(head_line).append(text);
+    Digest digest;
+    digest.add(all.data(), all.size());
+    return digest.text();
+}
+/// Is this line as it was written?
+bool is_sealed(std::string_view head_line, std::string_view line)
+{
+    auto const at = line.rfind(seal);
+    return at != line.npos && line.substr(at + seal.size()) == digest_of_line(head_line, line.substr(0, at)) + "\"}";
 }
 
 /// The names, sizes and digests of a run's files. A frame may be named after a file, but not after its folder.
@@ -147,10 +179,10 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
     };
     report::RunReport run;
     run.made_from = made_from;
-    auto const head_line = line_of(report::json_of(run).at("made_from"));
+    head_line_ = line_of(report::json_of(run).at("made_from"));
     std::error_code refused;
     if (!fs::exists(path_, refused)) {
-        report::write_whole(path_, head_line);
+        report::write_whole(path_, head_line_);
         return;
     }
     if (!fs::is_regular_file(path_, refused)) refuse(path_.string() + " is no regular file");
@@ -168,24 +200,35 @@ Journal::Journal(fs::path const& folder, report::MadeFrom const& made_from, std:
         }
     };
     if (!next_line()) refuse(path_.string() + " is empty");
-    if (line + "\n" != head_line) {
+    if (line + "\n" != head_line_) {
         std::string why = path_.string() + " is not the list of frames that this version writes";
         try {
-            why = difference(Json::parse(line), Json::parse(head_line));
+            why = difference(Json::parse(line), Json::parse(head_line_));
         } catch (nlohmann::json::exception const&) { // `why` has the text already
         }
         if (!why.empty()) refuse(why);
+        head_line_ = line + "\n"; // the files may have other folders
     }
     // A line that was written only in part has no line break at its end.
-    while (next_line()) {
+    std::vector<std::size_t> changed;
+    for (std::size_t number = 2; next_line(); ++number) {
         begins_line_ = !in.eof();
-        if (begins_line_) read_line(line, names);
+        if (!begins_line_ || line.empty()) continue;
+        if (is_sealed(head_line_, line))
+            read_line(line, names);
+        else
+            changed.push_back(number);
     }
     while (rendered_ != 0 && found_[rendered_ - 1]) --rendered_;
     taken_over_ = static_cast<std::size_t>(std::count_if(found_.begin(), found_.end(), [](auto const& frame) { return frame.has_value(); }));
+    if (changed.empty() || taken_over_ == frames) return; // a later line has the frame
+    bool const one = changed.size() == 1;
+    damage_ = shared::one_line(path_.string()) + ": line " + std::to_string(changed[0]) +
+              (one ? "" : " and " + std::to_string(changed.size() - 1) + " more") + " changed after the run wrote " + (one ? "it" : "them") +
+              " (the digest is of another text); " + (one ? "its frame is" : "their frames are") + " rendered again";
 }
 
-/// Ignores a damaged line, a line with other files than this run writes, and a line whose files have changed. These frames are rendered
+/// Ignores a line with other files than this run writes, and a line whose files have changed. These frames are rendered
 /// again.
 void Journal::read_line(std::string const& line, Names const& names)
 {
@@ -236,7 +279,11 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
     report::RunReport run;
     run.frames = {report};
     json["report"] = std::move(report::json_of(run).at("frames").at(0));
-    auto const text = (begins_line_ ? "" : "\n") + line_of(json); // ends a line that was written only in part
+    auto line = line_of(json);
+    line.resize(line.size() - 2); // without the brace and the line break
+    auto const digest = digest_of_line(head_line_, line);
+    auto const text = std::string(begins_line_ ? "" : "\n") // ends a line that was written only in part
+                          .append(line).append(seal).append(digest).append("\"}\n");
     begins_line_ = true;
     errno = 0;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(path_.c_str(), "ab"), std::fclose);

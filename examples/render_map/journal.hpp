@@ -13,7 +13,7 @@
 namespace render_map {
 
 /// The file of --resume, in the folder of the pictures. Its first line is the run's `MadeFrom`. Each further line is a frame: its number,
-/// the size and digest of each of its files, and its part of report.json.
+/// the size and digest of each of its files, its part of report.json, and the digest of all this.
 inline constexpr char const* journal_file = "resume.jsonl";
 
 /// The inputs that determine the frames of this run: the version, the options that change a frame, and the bytes of every file in `read`.
@@ -23,7 +23,7 @@ tilemesh::report::MadeFrom made_from(Options const& options, std::vector<std::fi
 
 /// The finished frames of this run and of earlier, interrupted runs.
 ///
-/// This run takes over a frame if its line is complete, if the line names the files that the frame gets in this run, and if these files
+/// This run takes over a frame if its line is as it was written, if the line names the files that the frame gets in this run, and if these files
 /// have the size and digest in that line. Digests have 64 bits: they detect accidental damage, but not deliberate changes.
 class Journal {
 public:
@@ -44,6 +44,8 @@ public:
     /// The program that rendered a frame that is replayed or taken over, before `take`.
     tilemesh::report::Program program(std::size_t frame) const { return found_[frame].value().report.program; }
     std::size_t taken_over() const noexcept { return taken_over_; }
+    /// One line: the list has lines that are not as they were written, and their frames are rendered again. Empty if there is none.
+    std::string const& damage() const noexcept { return damage_; }
 
     /// Returns the report of a frame that is taken over. Call it once per frame.
     tilemesh::report::RunFrame take(std::size_t frame);
@@ -54,6 +56,7 @@ public:
 private:
     void read_line(std::string const& line, Names const& names);
     std::filesystem::path path_, folder_;
+    std::string head_line_, damage_;
     std::vector<std::optional<tilemesh::report::RunFrame>> found_;
     bool begins_line_ = true; ///< does the file end with a line break?
     std::size_t taken_over_ = 0;

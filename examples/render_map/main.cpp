@@ -335,6 +335,7 @@ int run(Options options)
         progress.say("looking for finished frames");
         result.made_from = render_map::made_from(options, read);
         journal.emplace(out, result.made_from, shots.size(), [&](std::size_t frame) { return render_map::picture_files(options, frame); });
+        if (!journal->damage().empty()) std::cerr << journal->damage() << std::endl;
     }
 
     if (in_parts && options.reference) { // the reference reads the whole map

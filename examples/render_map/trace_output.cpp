@@ -293,6 +293,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
                       report::joules_text(energy->joules) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
+    add_counted(counted_, trace);
     if (sections_.size() == most_full_frames || bytes_ > most_report_bytes) return modelled;
     Section section;
     section.frame = index;
@@ -457,7 +458,7 @@ void TraceOutput::finish(report::RunReport const& run) const
     }
     add_run(html, run);
     tilemesh::add_ledger(html, run.machine.ledger, run.machine.sram_bytes);
-    add_parameters(html, model_);
+    add_parameters(html, model_, counted_);
     if (energy_model_) {
         add_parameters(html, *energy_model_);
         html.paragraph("Joules are the counts of the trace and of the cost model's cycles times these numbers. A pair counts as if "

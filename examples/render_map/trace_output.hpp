@@ -68,6 +68,7 @@ private:
     std::uint32_t followed_; ///< 0: none
     tilemesh::CostModel model_;
     std::optional<tilemesh::EnergyModel> energy_model_;
+    std::vector<std::string> counted_; ///< operations of all frames
     std::vector<Section> sections_; ///< of the frames that are shown in full
     std::size_t bytes_ = 0, frames_ = 0, sights_ = 0;
     std::size_t slowest_ = 0;       ///< the frame that takes the most cycles; of equals the first

@@ -55,6 +55,9 @@ namespace {
 namespace fs = std::filesystem;
 using tilemesh::Error;
 
+/// The decoder takes 2^30 bytes of pixels, and up to four channels.
+constexpr std::uint64_t most_pixels = std::uint64_t{1} << 28;
+
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 /// Opens a regular file. A pipe could block.
@@ -100,11 +103,20 @@ tilemesh::scene::Size picture_size(fs::path const& path)
     most_bytes = std::size_t{1} << 20;
     int width = 0, height = 0, channels = 0;
     if (stbi_info_from_file(file.get(), &width, &height, &channels) == 0 || width < 1 || height < 1) {
-        std::array<unsigned char, 4> begin{};
+        std::array<unsigned char, 24> begin{}; // of a PNG: up to its width and height, which `header_damage` has checked
         std::rewind(file.get());
         auto const read = std::fread(begin.data(), 1, begin.size(), file.get());
-        bool const png = read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG";
-        if (png || (read > 1 && begin[0] == 0xff && begin[1] >= 0xd8)) fail(std::string("its header cannot be read: ") + stbi_failure_reason());
+        if (read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG") {
+            auto const word = [&](std::size_t at) {
+                return std::uint64_t{begin[at]} << 24 | std::uint64_t{begin[at + 1]} << 16 | std::uint64_t{begin[at + 2]} << 8 | begin[at + 3];
+            };
+            auto const pixels = std::to_string(word(16)) + " x " + std::to_string(word(20)) + " pixels";
+            if (word(16) * word(20) > most_pixels || word(16) > STBI_MAX_DIMENSIONS || word(20) > STBI_MAX_DIMENSIONS)
+                throw Error(path.string() + " is too large to be read (it has " + pixels + "; a side may have " + std::to_string(STBI_MAX_DIMENSIONS) +
+                            ", and a picture " + std::to_string(most_pixels) + "); write it smaller");
+            fail("its header cannot be read, or is of no picture: " + pixels);
+        }
+        if (read > 1 && begin[0] == 0xff && begin[1] >= 0xd8) fail(std::string("its header cannot be read: ") + stbi_failure_reason());
         throw Error(path.string() + " is not a picture that is read (it is neither PNG nor JPEG); convert it to one of them");
     }
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};

@@ -5,10 +5,12 @@
 #include "outputs.hpp"
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
+#include <memory>
+#include <new>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -28,8 +30,11 @@ namespace {
 bool is_grey_of_16_bits(fs::path const& path)
 {
     std::array<char, 26> head{};
-    std::ifstream file(path, std::ios::binary);
-    return file.read(head.data(), head.size()) && std::string_view(head.data() + 1, 3) == "PNG" && head[24] == 16 && head[25] == 0;
+    errno = 0;
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const file(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (!file && errno == ENOMEM) throw std::bad_alloc();
+    if (!file) throw Error(path.string() + " cannot be opened (" + std::generic_category().message(errno) + "); make it readable, or use --no-depth");
+    return std::fread(head.data(), 1, head.size(), file.get()) == head.size() && std::string_view(head.data() + 1, 3) == "PNG" && head[24] == 16 && head[25] == 0;
 }
 void put_word(std::string& to, std::uint32_t word)
 {

@@ -178,19 +178,35 @@ small="--size 64x48 --grid 4x3 --threads 2 --quiet"
     refuses "that is the file of the list of finished frames" map.ply $small --out new --resume --report new/resume.jsonl
 }
 
-# A line counts only with the pictures that its frame has in this run.
+# A line counts only as it was written: with any other number, name, digest or length its frame is rendered again, and a line says so.
 # shellcheck disable=SC2086
 {
     small="map.ply --size 64x48 --grid 4x3 --threads 2 --orbit 1 --frames 2"
-    runs $small --quiet --out named --resume
+    runs $small --quiet --out named --resume --report before.json
     cp -r named before_named
-    for change in 's/"files":\[[^]]*\]/"files":[]/' 's/"name":"frame_0001.png"/"name":".\/frame_0001.png"/'; do
+    for change in 's/"files":\[[^]]*\]/"files":[]/' 's/"name":"frame_0001.png"/"name":".\/frame_0001.png"/' 's/"visible":[0-9]*/"visible":7/' \
+        's/"frame":1,/"frame":0,/' 's/"parked":[0-9]/&9/' 's/"digest":"[^"]*"}$/"digest":"0"}/' 's/,"digest":"[^"]*"}$/}/' 's/.$//' 's/.*/{}/' \
+        's/,"report"/, "report"/' 's/$/ /'; do
         sed "3$change" before_named/resume.jsonl >named/resume.jsonl
         cmp -s before_named/resume.jsonl named/resume.jsonl && fail "$change changes nothing"
-        runs $small --out named --resume
+        on $small --out named --report after.json
+        has stderr "^named/resume.jsonl: line 3 changed after the run wrote it (.*); its frame is rendered again$"
+        [ "$(wc -l <stderr)" -eq 1 ] || fail "$change: $(cat stderr)"
         has stdout "^1 of 2 frames were there from an earlier run"
         same before_named/frame_0001.png named/frame_0001.png
+        same_counters before.json after.json
+        runs $small --out named --resume # the frame has a whole line again
+        has stdout "^2 of 2 frames were there from an earlier run"
     done
+    sed '2,3s/"visible":[0-9]*/"visible":7/' before_named/resume.jsonl >named/resume.jsonl
+    on $small --out named --report after.json
+    has stderr "line 2 and 1 more changed .*; their frames are rendered again$"
+    same_counters before.json after.json
+    # A line of another list, with the same pictures.
+    runs $small --quiet --out second --resume --quality viewing
+    { head -n 1 before_named/resume.jsonl && sed 1d second/resume.jsonl; } >named/resume.jsonl
+    on $small --out named --report after.json
+    same_counters before.json after.json
 }
 
 # The order and the folders of the files do not count, their names and bytes do.

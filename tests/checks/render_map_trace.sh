@@ -75,6 +75,10 @@ for heading in "<h1>Map built_in on " "<h2>Frames</h2>" "<h2>Frame 0: built_in o
     "<h2>What the operations mean</h2>" "<h2>What the counters mean</h2>"; do
     has trace/report.html "$heading"
 done
+# The prices of operations that the frames counted, and no others.
+prices() { sed -n "s/^<tr><td>\([a-z_]*\)<.*>millicycles<.*/\1/p" "$1/report.html" | sort | tr '\n' ' '; }
+equal "prices on the page" "$(prices trace)" "comparison copied exchange_byte pair pixel projection routed slot "
+has trace/report.html "prices of operations that this run did not count"
 
 # Steps of one kernel have different names, each once on the timeline of each frame; maps have the picture's shape.
 for name in project route "bloom 1" "bloom 2" "depth sort" composite; do

@@ -54,6 +54,8 @@ same plain/frame_0001.pfm pictures/frame_0001.pfm
 agrees trace 0000 report.json 0
 agrees trace 0001 report.json 1
 for words in "<h3>Rounds</h3>" "<th>nearest frontier</th>" "in world units" "frame_0001.rounds.csv has a line" ">round 1</text>"; do has trace/report.html "$words"; done
+equal "prices on the page" "$(sed -n "s/^<tr><td>\([a-z_]*\)<.*>millicycles<.*/\1/p" trace/report.html | sort | tr '\n' ' ')" \
+    "comparison exchange_byte left pair passed pixel projection settled slot "
 equal "rows of rounds" "$(awk '/<h3>Rounds</ { on = 1 } /<\/table>/ { on = 0 } on && /^<tr><td>/' trace/report.html | wc -l)" \
     $(($(homes report.json rounds 0) + $(homes report.json rounds 1)))
 

@@ -237,6 +237,25 @@ TEST_CASE("wrong quiet votes: too early, and of senders that wait; a step for wh
     CHECK(refused<Sequence<Superstep<Stop<false>>, UntilQuiet<Stop<false>>>>().empty());
     CHECK(has(refused<Sequence<Superstep<Stop<true>>, UntilQuiet<Stop<true>>>>(), "word 2, at byte 8, was 2 and became 3"));
     CHECK(has(refused<Sequence<Superstep<DelayedSender>, UntilQuiet<DelayedSender>>>(), "word 0, at byte 0, was 1 and became 2"));
-    CHECK(refused<UntilQuiet<Stop<false>>>().empty());                                       // at the start of a run nobody has voted
+    CHECK(refused<Sequence<UntilQuiet<Stop<false>>, Superstep<Stop<false>>>>().empty());     // at the start of a run nobody has voted
     CHECK(refused<Sequence<Superstep<CountDown>, UntilQuiet<Stop<false>>>>().empty());       // the votes were about another kernel
+}
+
+TEST_CASE("a run in which no tile runs, because nobody has voted, is an error if a pass would change a word")
+{
+    std::string const text = "a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel "
+                             "would change a word); begin with Superstep<";
+    CHECK(refused<UntilQuiet<Liar<Lie::word>>>().empty()); // it has nothing to do
+    CHECK(refused<UntilQuiet<Stop<false>>>() == text + "Stop> [tile (0, 0)]");
+    CHECK(refused<Sequence<UntilQuiet<CountDown>, UntilQuiet<Stop<false>>>>() == text + "Stop> [tile (0, 0)]");
+    CheckedMesh<UntilQuiet<Stop<false>>> without{{}, grid, {.check_quiet_tiles = false}};
+    CHECK(error_of([&] { without.run(); }).empty());
+    CheckedMesh<UntilQuiet<Stop<false>>> mesh{{}, grid};
+    for (auto [tile, total] : mesh.states<Total>()) total.seen = 3; // done
+    CHECK(error_of([&] { mesh.run(); }).empty());
+    mesh.state<Total>(TileId::at(2, 1)).seen = 2;
+    for (int run = 0; run < 2; ++run) CHECK(error_of([&] { mesh.run(); }) == text + "Stop> [tile (2, 1)]");
+    CHECK(mesh.state<Total>(TileId::at(2, 1)).seen == 2); // put back
+    mesh.state<Total>(TileId::at(2, 1)).seen = 3;
+    CHECK(error_of([&] { mesh.run(); }).empty());
 }

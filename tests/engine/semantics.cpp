@@ -150,10 +150,10 @@ auto const wind = [](auto& mesh) {
 
 TEST_CASE("UntilQuiet tests before its first pass: nothing to do costs nothing")
 {
-    auto const p = everywhere<UntilQuiet<Unwind>>({5, 4}, wind);
+    auto const p = everywhere<Sequence<UntilQuiet<Unwind>, Superstep<Wind>>>({5, 4}, wind); // alone it would be a run of nothing: per_pass.cpp
     CHECK(p.step(0).passes == 0);
     CHECK(p.step(0).tile_runs == 0);
-    CHECK(p.last().digests.empty());
+    CHECK(p.last().digests.size() == 1);
     CHECK(p.mesh->state<Spring>(TileId::at(4, 1)).left == 5);
 }
 

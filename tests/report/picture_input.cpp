@@ -16,6 +16,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 #if __has_include(<stb/stb_image.h>) || __has_include(<stb_image.h>)
 #    include "../../examples/shared/picture_input.cpp"
@@ -316,9 +317,23 @@ TEST_CASE("an error says what is wrong with a file that is no whole picture")
     says(flipped(png, 45, 1), "the checksum of a chunk is wrong");
     says(jpeg.substr(0, 20), "its header cannot be read");
     says(jpeg.substr(0, jpeg.size() - 2), "the file is cut short");
-    // A picture of 65535 x 65535 is a PNG, although nobody can decode it.
-    auto const huge = std::string("\x89PNG\r\n\x1a\n", 8) + chunk("IHDR", word(65535) + word(65535) + std::string("\20\6\0\0\0", 5)) + chunk("IEND", "");
-    says(huge, "cannot be decoded");
+    // A PNG that nobody can decode is a PNG: of each kind of pixels, too wide, too high, too many pixels, none.
+    auto const of_size = [&](std::uint32_t width, std::uint32_t height, std::string const& kind) {
+        return std::string("\x89PNG\r\n\x1a\n", 8) + chunk("IHDR", word(width) + word(height) + kind) + chunk("IDAT", "") + chunk("IEND", "");
+    };
+    for (auto const& kind : {std::string("\20\6\0\0\0", 5), std::string("\10\2\0\0\0", 5), std::string("\10\0\0\0\0", 5)})
+        for (auto const& [width, height] : {std::pair{65535u, 65535u}, {100000u, 2u}, {2u, 2147483647u}, {40000u, 40000u}}) {
+            says(of_size(width, height, kind), "is too large to be read (it has ");
+            CHECK(file.why.find(std::to_string(width) + " x " + std::to_string(height) + " pixels; ") != std::string::npos);
+            CHECK(file.why.ends_with("; write it smaller"));
+        }
+    says(of_size(0, 5, std::string("\10\2\0\0\0", 5)), "is of no picture: 0 x 5 pixels");
+    // A JPEG says its size, and is refused for what follows.
+    auto huge = jpeg;
+    auto const frame = huge.find("\xff\xc0");
+    REQUIRE(frame != huge.npos);
+    for (std::size_t i = 5; i < 9; ++i) huge[frame + i] = '\xff';
+    CHECK(!file.read(huge));
     CHECK(file.why.find("neither") == std::string::npos);
 }
 #else

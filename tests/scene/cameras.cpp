@@ -461,7 +461,9 @@ TEST_CASE("a selector finds its cameras or lists the choices")
     CHECK(has(ambiguous, "desk/front, hall/front"));
     CHECK(has(error_of([&] { names("desk/right", "desk"); }), "desk/front, desk/left, hall/front"));
     CHECK(has(error_of([&] { names("", "sloth"); }), "no camera belongs to map \"sloth\""));
-    CHECK(has(error_of([&] { scene::select_cameras({}, "", "desk"); }), "empty"));
+    for (char const* const selector : {"", "front"}) // nothing could be chosen
+        CHECK(error_of([&] { scene::select_cameras({}, selector, "desk"); }) ==
+              "there is no camera to choose (the camera file has none); name a camera file with at least one");
 }
 
 TEST_CASE("a map's cameras are found by file where the scene has another name")

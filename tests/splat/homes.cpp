@@ -1,8 +1,11 @@
 // test: unoptimised asan tsan, cost 10
+#include "runner.hpp"
 #include "stand_ins.hpp"
 #include "support.hpp"
 #include <doctest/doctest.h>
+#include <random>
 #include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -107,6 +110,47 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
     }
 }
 
+TEST_CASE("a crowd on one tile: n splats arrive n log n times at most, in the first view and in the next one, and the picture is the naive loop's")
+{
+    Grid const grid{4, 3};
+    splat::Camera view{};
+    for (int i = 0; i < 3; ++i) view.rotation[i][i] = 1;
+    view.near_depth = 0.2f;
+    view.width = 64;
+    view.height = 15; // a block a tile
+    view.fx = view.fy = 60;
+    view.cx = 24;
+    view.cy = 7.5f;
+    RendererOptions o;
+    o.grid = grid;
+    o.storage_slots = 40;
+    for (std::uint32_t const n : {1500u, 6000u}) {
+        scene::Map map;
+        std::mt19937 random{n};
+        for (std::uint32_t i = 0; i < n; ++i) { // behind one pixel, and too faint to hide another
+            splat::Gaussian g{};
+            g.id = splat::GaussianId{i + 1};
+            g.mean_world[2] = 2 + static_cast<float>(random() % 100000) / 10000;
+            for (auto& scale : g.log_scale) scale = -7;
+            g.rotation[0] = 1;
+            g.opacity = 0.1f;
+            for (auto& colour : g.colour) colour = static_cast<float>(random() % 100) / 100;
+            map.gaussians.push_back(g);
+        }
+        render::HomesRenderer<homes::HostPolicies<>> renderer(map, choice(map, grid), o);
+        auto moved = view;
+        moved.cx += 0.25f;
+        for (auto const& camera : {view, moved}) {
+            auto const frame = renderer.render(camera);
+            auto const& counted = frame.report.homes;
+            CHECK(pixels_that_differ(frame.image, report::render_naive(map.gaussians, camera, renderer.rules())) == 0);
+            CHECK(counted.unfinished_tiles == 0);
+            CHECK(counted.rounds > n / 40); // every one goes through the tile
+            CHECK(counted.entries <= 4 * n); // 2.5 and 3; without cuts that stay 7 and 27
+        }
+    }
+}
+
 TEST_CASE("a map with more records than homes comes in chapters, and the picture is the same")
 {
     auto map = every(60);
@@ -177,4 +221,39 @@ TEST_CASE("a bound on rounds is one of the frame: all chapters share it, and one
         auto const next = renderer.render(scene::orbit(view, scene::robust_centre(map), 30, 2)[1]);
         CHECK(next.report.homes.rounds >= std::min(bound, 3u));
     }
+}
+
+TEST_CASE("threads with a renderer each do not disturb each other: anchored tiles and homes, each with two threads of its own")
+{
+    auto const map = every(200);
+    Grid const grid{4, 3};
+    RendererOptions o;
+    o.grid = grid;
+    o.threads = 2;
+    o.storage_slots = 60;
+    auto const views = scene::orbit(scene::frame_whole(map, {90, 53}), scene::robust_centre(map), 5, 2);
+    auto const pictures = [&](bool anchored) {
+        std::vector<RenderedFrame> frames;
+        if (anchored) {
+            auto const renderer = support::make_runner<support::Whole>(map, o);
+            for (auto const& view : views) frames.push_back(renderer->render(view));
+        } else {
+            render::HomesRenderer<homes::HostPolicies<>> renderer(map, choice(map, grid), o);
+            for (auto const& view : views) frames.push_back(renderer.render(view));
+        }
+        return frames;
+    };
+    std::vector<RenderedFrame> const alone[] = {pictures(false), pictures(true)};
+    std::vector<RenderedFrame> together[4];
+    {
+        JoinedThreads threads;
+        for (std::size_t i = 0; i < std::size(together); ++i) threads.start([&, i] { together[i] = pictures(i % 2 != 0); });
+    }
+    for (std::size_t i = 0; i < std::size(together); ++i)
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            REQUIRE(together[i].size() == views.size());
+            CHECK(pixels_that_differ(together[i][v].image, alone[i % 2][v].image) == 0);
+            CHECK(together[i][v].report.passes.total() == alone[i % 2][v].report.passes.total());
+            CHECK(together[i][v].report.pairs == alone[i % 2][v].report.pairs);
+        }
 }

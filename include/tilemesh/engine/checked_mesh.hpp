@@ -24,7 +24,8 @@ struct CheckedMeshOptions {
     bool digest = false;
     /// Also runs the tiles that need not run, and checks that this changes no word and sends nothing. `Vote` promises this. Without the
     /// promise, a machine that runs every tile (the IPU) would give other results. If no tile must run an UntilQuiet's kernel, and its
-    /// own votes said so, all tiles run once more for this check. Counters, traces and words are those of a run without the check.
+    /// own votes said so, all tiles run once more for this check. A run in which no tile runs, because it begins with UntilQuiet and nobody
+    /// has voted, is an error if a pass would have changed a word. Counters, traces and words are those of a run without the check.
     bool check_quiet_tiles = true;
     std::uint32_t most_passes = 0; ///< see MeshOptions
     ExplainNotQuiet explain = nullptr; ///< see MeshOptions
@@ -138,9 +139,14 @@ public:
         link_peak_.fill(0);
         for (auto& b : busy_) std::fill(b.begin(), b.end(), std::uint8_t{0});
         last_kernel_ = nullptr;
-        return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
+        would_run_.clear();
+        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
             return peaks();
         });
+        if (last_kernel_ == nullptr && !would_run_.empty())
+            throw Error("a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel would "
+                        "change a word); begin with Superstep<" + would_run_);
+        return counters;
     }
 
 private:
@@ -314,10 +320,16 @@ private:
                                    " (its guard words are gone, or its size is above its capacity); use try_push");
             }
     }
-    /// Runs the kernel on a tile that need not run, and puts back what it changed. Throws Error if a word that counts is not what it was,
+    /// Runs the kernel on a tile that need not run, and puts back each word. Throws Error if a word that counts is not what it was,
     /// or if the kernel sent or voted busy.
     template <class Kernel>
     void require_quiet(std::uint32_t tile, bool outside)
+    {
+        if (auto const change = change_of<Kernel>(tile)) fail(tile, change.text(outside));
+    }
+    /// What the kernel does on a tile that need not run. It is put back.
+    template <class Kernel>
+    engine::QuietChange change_of(std::uint32_t tile)
     {
         using Arguments = typename KernelTraits<Kernel>::Arguments;
         before_.clear();
@@ -326,7 +338,7 @@ private:
         if (run_tile<Kernel>(tile) == Vote::busy) change.kind = engine::QuietChange::Kind::vote;
         std::uint32_t const* saved = before_.data();
         compare(change, saved, tile, Arguments{});
-        if (change) fail(tile, change.text(outside));
+        return change;
     }
     /// The words that a kernel may change on a tile: the states that it takes without const.
     template <class... A>
@@ -451,7 +463,10 @@ private:
         }
         if (!any) { // if the tiles voted quiet in this kernel, one pass more must change nothing on any of them
             bool const look = options_.check_quiet_tiles && last_kernel_ == &kernel_tag<Kernel>;
+            bool const first = options_.check_quiet_tiles && last_kernel_ == nullptr; // nobody has voted
             for (std::uint32_t t = 0; look && t < tiles; ++t) require_quiet<Kernel>(t, false);
+            for (std::uint32_t t = 0; first && would_run_.empty() && t < tiles; ++t)
+                if (change_of<Kernel>(t)) would_run_ = engine::text(name_of<Kernel>()) + "> [tile " + engine::text(this->grid_.tile(t)) + "]";
             return {};
         }
         if constexpr (traced)
@@ -618,6 +633,7 @@ private:
     template <class Kernel>
     static inline char const kernel_tag = 0;
     char const* last_kernel_ = nullptr; ///< of the superstep before; null at the start of a run
+    std::string would_run_;             ///< the first kernel that would have changed a word, had a tile run before anybody voted; its tile
     std::vector<std::uint32_t> before_; ///< the words of a tile before the kernel ran on it, although it need not run
     engine::detail::BrokenContracts broken_;
     Run run_;

@@ -100,8 +100,10 @@ TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Regio
                               std::uint64_t sram_bytes = 0);
 /// Adds the numbers of a cost model, each with its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
-/// The same without the prices of operations that this run did not count.
-TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model, Trace const& trace);
+/// Adds the operations that a trace counted to the names that are there, each once.
+TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace);
+/// The same without the prices of operations that are not in `counted`.
+TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model, std::vector<std::string> const& counted);
 /// Adds the numbers of an energy model, each with its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, EnergyModel const& model);
 

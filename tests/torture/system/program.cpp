@@ -1,5 +1,5 @@
-// torture_program RENDER_MAP FAILING_CALLS CORPUS
-// Runs several command lines of render_map on a tiny map, with the library FAILING_CALLS preloaded. The k-th allocation, open, write,
+// torture_program RENDER_MAP FAILING_CALLS CORPUS [TRACK_CAMERA]
+// Runs several command lines of render_map, or of track_camera, on a tiny map, with the library FAILING_CALLS preloaded. The k-th allocation, open, write,
 // rename, fsync, mkdir or thread start fails, alone or with all after it, for every k up to the last. Each run must end with status 0 and
 // the right files, or with status 2 and one line "<problem> (<why>); <what to do>". Each file must be complete or unchanged, the inputs
 // must not change, and nothing else may be left behind. Unless the environment variable TILEMESH_TORTURE is "all", it tries about four
@@ -63,12 +63,12 @@ std::string once(std::string const& text)
 /// The same files, to be compared: host times differ from run to run, so they are 0.
 Files files_of(fs::path const& folder)
 {
-    static std::regex const times("\"host_ms\": ?\\{[^}]*\\}");
+    static std::regex const times("\"host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"digest\":\"[0-9a-f]*\"\\}\n");
     auto all = texts_of(folder);
     for (auto& [name, text] : all)
         if (fs::path(name).extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
     for (auto& [name, text] : all)
-        if (fs::path(name).filename() == journal) text = once(text);
+        if (fs::path(name).filename() == journal) text = once(std::regex_replace(text, seals, "}\n")); // a digest has the times, too
     return all;
 }
 
@@ -154,6 +154,15 @@ bool is_report_of_frames_done(std::string const& text)
     return text.find("stopped after frame") != std::string::npos && text.ends_with("}\n") && nlohmann::json::accept(text);
 }
 
+/// Is it a whole file of track_camera about the frames before the one that failed?
+bool is_of_frames_tracked(fs::path const& name, std::string const& text, std::string const& right)
+{
+    if (name.extension() == ".tum" || name.extension() == ".txt") return text.ends_with('\n') && right.starts_with(text);
+    if (name.filename() == "residual.ppm") return text.size() == right.size() && text.starts_with(right.substr(0, 3));
+    if (name.filename() == "paths.svg") return text.ends_with("</svg>\n");
+    return name.filename() == "report.json" && nlohmann::json::accept(text);
+}
+
 /// The list of finished frames is written line by line: the first lines of the right one, and perhaps one that is cut short.
 bool is_journal_so_far(std::string const& text, std::string const& right)
 {
@@ -191,8 +200,41 @@ std::vector<Command> commands()
     };
 }
 
+std::vector<Command> commands_of_track_camera()
+{
+    return {
+        {"rendered", {"in/some.ply", "--frames", "2", "--size", "48x36", "--threads", "1", "--out", "files/out", "--report", "files/report.json",
+                      "--save-photos", "files/photos"}},
+        {"photos", {"in/some.ply", "--photos", "in/photos", "--cameras", "in/lens.json", "--trajectory", "in/photos/groundtruth.txt", "--threads", "1", "--out",
+                    "files/out", "--report", "files/report.json", "--quiet"}},
+        {"threads", {"in/some.ply", "--frames", "1", "--size", "48x36", "--threads", "3", "--out", "files/out", "--quiet"}},
+        {"refusal", {"in/no_such_map.ply"}},
+    };
+}
+/// A map of 150 Gaussians in which a camera finds its pose.
+void write_some(fs::path const& path)
+{
+    std::ofstream out(path);
+    out << "ply\nformat ascii 1.0\nelement vertex 150\n";
+    for (auto const* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+        out << "property float " << name << '\n';
+    out << "end_header\n";
+    std::uint32_t state = 1;
+    auto const next = [&](double from, double to) { // MMIX's generator (Knuth) in 32 bits
+        state = 1664525u * state + 1013904223u;
+        return from + (to - from) * (state >> 8) / 16777216.0;
+    };
+    for (int i = 0; i < 150; ++i) {
+        out << next(-1.5, 1.5) << ' ' << next(-1, 1) << ' ' << next(3, 5);
+        for (int c = 0; c < 3; ++c) out << ' ' << next(-1.5, 1.5);
+        out << " 2";
+        for (int c = 0; c < 3; ++c) out << ' ' << next(-2.5, -1.5);
+        out << " 1 " << next(0, 1) << ' ' << next(0, 1) << " 0\n";
+    }
+}
+
 /// What is wrong with a run; empty: nothing.
-std::string fault(Ended const& ended, Ended const& right, Files const& now, Files const& right_files, Files const& old)
+std::string fault(Ended const& ended, Ended const& right, Files const& now, Files const& right_files, Files const& old, bool tracks)
 {
     if (ended.status != 0 && ended.status != 2) return "status " + std::to_string(ended.status) + ": " + ended.err;
     if (ended.status == right.status) { // whatever failed, it went on
@@ -205,7 +247,8 @@ std::string fault(Ended const& ended, Ended const& right, Files const& now, File
         bool const as_before = before != old.end() && before->second == text, as_after = after != right_files.end() && after->second == text;
         bool const of_frames_done = fs::path(name).filename() == "report.json" && is_report_of_frames_done(text);
         bool const so_far = fs::path(name).filename() == journal && after != right_files.end() && is_journal_so_far(text, after->second);
-        if (!as_before && !as_after && !of_frames_done && !so_far) return "a part of " + name + " is left; " + ended.err;
+        bool const tracked = tracks && after != right_files.end() && is_of_frames_tracked(name, text, after->second);
+        if (!as_before && !as_after && !of_frames_done && !so_far && !tracked) return "a part of " + name + " is left; " + ended.err;
     }
     for (auto const& [name, text] : old)
         if (now.find(name) == now.end()) return name + " is lost; " + ended.err;
@@ -220,11 +263,12 @@ try {
     bool const all = wanted != nullptr && std::string(wanted) == "all";
     std::vector<fs::path> paths;
     for (int i = 1; i < argc; ++i) paths.push_back(fs::absolute(argv[i]));
-    if (paths.size() != 3) {
-        std::cerr << "torture_program: three paths are needed; usage: torture_program RENDER_MAP FAILING_CALLS CORPUS\n";
+    if (paths.size() != 3 && paths.size() != 4) {
+        std::cerr << "torture_program: three or four paths are needed; usage: torture_program RENDER_MAP FAILING_CALLS CORPUS [TRACK_CAMERA]\n";
         return 2;
     }
-    Driver driver(paths[0], paths[1]);
+    bool const tracks = paths.size() == 4;
+    Driver driver(paths[tracks ? 3 : 0], paths[1]);
     auto const in = driver.work() / "in";
     fs::copy_file(paths[2] / "ply" / "little_endian.ply", in / "map.ply");
     for (auto const* name : {"own.json", "training.json"}) fs::copy_file(paths[2] / "cameras" / name, in / name);
@@ -239,11 +283,18 @@ try {
     fs::create_directory(in / "model");
     std::ofstream(in / "model" / "cameras.txt") << "1 PINHOLE 64 48 50 50 32 24\n";
     std::ofstream(in / "model" / "images.txt") << "1 1 0 0 0 0 0 0 1 a.png\n\n";
+    if (tracks) {
+        write_some(in / "some.ply");
+        auto const made = driver.run({"in/some.ply", "--frames", "2", "--size", "48x36", "--save-photos", "in/photos", "--out", "out"});
+        if (made.status != 0) throw std::runtime_error("no photographs: " + made.err);
+        std::ofstream(in / "lens.json") << R"({"cameras": [{"scene": "some", "name": "a", "width": 48, "height": 36, "fx": 40, "fy": 40, "cx": 24, "cy": 18,
+            "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]})";
+    }
     auto const inputs = files_of(in);
 
     auto const files = driver.work() / "files";
     std::vector<Row> rows;
-    for (auto const& command : commands()) {
+    for (auto const& command : tracks ? commands_of_track_camera() : commands()) {
         // An output that is already there must be whole after every run: as it was, or new. Every second run finds the outputs of an earlier one;
         // with --resume these are the right ones.
         auto const prepare = [&](Files const& old) {
@@ -285,7 +336,7 @@ try {
                     order(k, alone);
                     auto const ended = driver.run(command.words);
                     ++row.runs;
-                    auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{});
+                    auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{}, tracks);
                     if (what.empty() && files_of(in) != inputs) what = "an input changed";
                     // pthread_create says EAGAIN both without memory and without threads.
                     bool const is_told = ended.err.find("memory") != std::string::npos || ended.err.find("thread") != std::string::npos;

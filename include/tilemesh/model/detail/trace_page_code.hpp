@@ -99,7 +99,9 @@ TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const
     add_section(html, trace_section(trace, model, cost, grid, page, maps, page.energy != nullptr ? &energy : nullptr), facts);
     html.paragraph(modelled_text);
     if (!page.ledger.empty()) add_ledger(html, page.ledger, page.sram_bytes);
-    add_parameters(html, model, trace);
+    std::vector<std::string> counted;
+    add_counted(counted, trace);
+    add_parameters(html, model, counted);
     if (page.energy != nullptr) add_parameters(html, *page.energy);
     return files.finish();
 }

@@ -249,17 +249,20 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& mod
                         [&] { html.table({"parameter", "value", "unit", "source"}, rows); });
 }
 
-TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model, Trace const& trace)
+TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace)
 {
-    std::vector<std::string_view> counted;
     for (auto const& s : trace.supersteps)
         for (auto const& tile : s.tiles) {
             if (s.step >= trace.operations.size()) continue; // a trace put together by hand may name none
             auto const& names = trace.operations[s.step];
             for (std::size_t kind = 0; kind < names.size(); ++kind)
                 if (tile.operations.count[kind] != 0 && std::find(counted.begin(), counted.end(), names[kind]) == counted.end())
-                    counted.push_back(names[kind]);
+                    counted.emplace_back(names[kind]);
         }
+}
+
+TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model, std::vector<std::string> const& counted)
+{
     auto shown = model;
     std::erase_if(shown.parameters, [&](ModelParameter const& p) {
         auto const priced = std::any_of(model.prices.begin(), model.prices.end(), [&](auto const& price) { return price.operation == p.name; });
@@ -268,7 +271,7 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& mod
     add_parameters(html, shown);
     if (auto const left_out = model.parameters.size() - shown.parameters.size(); left_out != 0)
         html.paragraph("The model has " + report::thousands(left_out) +
-                       " more, prices of operations that this run did not count. The file .model.txt has all of them.");
+                       " more, prices of operations that this run did not count. The file of the model beside this page has all of them.");
 }
 
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, EnergyModel const& model)

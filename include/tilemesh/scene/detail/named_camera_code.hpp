@@ -116,7 +116,8 @@ TILEMESH_HOST std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> c
     }
     if (of_this_map.size() == 1) return of_this_map;
 
-    std::string const choices = all.empty() ? "the camera file is empty" : "there are " + detail::list_of(all);
+    if (all.empty()) throw Error("there is no camera to choose (the camera file has none); name a camera file with at least one");
+    std::string const choices = "there are " + detail::list_of(all);
     if (chosen.empty() && selector.empty())
         throw Error("no camera belongs to map \"" + detail::shown(map_name) + "\" (" + choices +
                     "); choose one by SCENE/NAME");

@@ -41,6 +41,39 @@ TILEMESH_KERNEL void open_window(Window& window, Cuts const& cuts) noexcept
     window.seen = 0;
     window.stride = 1;
 }
+
+/// A tile with at least so many windows to come, or behind it, is a crowd. A map has one where it is seen from far away (bench/any_map).
+inline constexpr std::uint32_t crowd_windows = 8;
+
+/// Makes cuts of a sample of the depths that a window refused, so that about `each` splats lie between two of them.
+///
+/// In a crowd the new cuts go before those behind the window, which stay. Otherwise the window after the last new cut would have no end,
+/// and every home would send again all that is left. If there is no room for all new cuts, they lie further apart, and their windows are
+/// cut again when they refuse. So n splats of different depths on one tile arrive n log n times at most. For more splats of one depth than
+/// the tile holds it is n^2 / (2 * `each`): a notice has no ids, so no cut parts them, and each round brings all that are left.
+inline void cut_refused(Window const& window, Sample& sample, Cuts& cuts, std::uint32_t each) noexcept
+{
+    splat::detail::heap_sort(sample.begin(), sample.size());
+    std::uint32_t apart = each / window.stride > 0 ? each / window.stride : 1;
+    std::uint32_t behind[most_cuts] = {}, n = 0;
+    for (std::uint32_t const cut : cuts)
+        if (cut >= window.hi_depth) behind[n++] = cut;
+    if (n < crowd_windows && (window.blended + window.seen) / crowd_windows <= each) {
+        n = 0;
+    } else {
+        std::uint32_t const wanted = sample.size() > 0 ? (sample.size() - 1) / apart : 0;
+        if (n > most_cuts / 2 && n + wanted > most_cuts) { // every second one goes
+            for (std::uint32_t i = 0; 2 * i < n; ++i) behind[i] = behind[2 * i];
+            n = (n + 1) / 2;
+        }
+        // A quarter of the room stays free for windows that must be cut again.
+        std::uint32_t const room = most_cuts - n;
+        if (wanted > room) apart = (sample.size() - 1) / (room - room / 4) + 1;
+    }
+    cuts.truncate(0);
+    for (std::uint32_t i = apart; i < sample.size() && cuts.size() + n < most_cuts; i += apart) cuts.push(sample[i]);
+    for (std::uint32_t i = 0; i < n; ++i) cuts.push(behind[i]);
+}
 } // namespace detail
 
 /// Begins a picture on a tile: black pixels, and a window from the nearest depth to the first cut of the last frame. In a later chapter the
@@ -103,8 +136,8 @@ struct Begin {
 /// behind the frontier. Votes busy unless the tile is done.
 ///
 /// Cuts. Every 0.9 K-th splat that a tile blends, of K that it can hold, is a cut of the next frame; a tile that blends at most 0.95 K needs
-/// none. If the tile had to refuse splats, the depths of a sample of them are the cuts of this frame's next rounds, 0.8 K apart. Cuts change
-/// the number of rounds, never the picture.
+/// none. If the tile had to refuse splats, the depths of a sample of them are the cuts of this frame's next rounds, 0.8 K apart (`cut_refused`).
+/// Cuts change the number of rounds, never the picture.
 template <class P>
 struct Advance {
     static constexpr char const* name = "advance";
@@ -131,12 +164,7 @@ struct Advance {
         });
         window.finished = ~going;
 
-        if (window.refused()) {
-            splat::detail::heap_sort(sample.begin(), sample.size());
-            cuts.truncate(0);
-            std::uint32_t const apart = share(capacity, 8) / window.stride > 0 ? share(capacity, 8) / window.stride : 1;
-            for (std::uint32_t i = apart; i < sample.size() && cuts.size() < most_cuts; i += apart) cuts.push(sample[i]);
-        }
+        if (window.refused()) detail::cut_refused(window, sample, cuts, share(capacity, 8));
         sample.truncate(0);
         (void)TILEMESH_EXPECT((Key{window.lo_depth, window.lo_id} < Key{window.frontier_depth, window.frontier_id}),
                               "a window that does not move (the protocol of homes is broken); report this");
