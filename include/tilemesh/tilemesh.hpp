@@ -35,6 +35,7 @@
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/hosts.hpp>
+#include <tilemesh/model/network.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/model/step_costs.hpp>
