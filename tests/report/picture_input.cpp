@@ -230,8 +230,8 @@ TEST_CASE("a JPEG whose blocks end before or behind their data is refused")
         // A picture of another size.
         auto const frame = std::min(file.find("\xff\xc0"), file.find("\xff\xc2"));
         REQUIRE(frame != file.npos);
-        for (auto const& [byte, bit] : {std::pair{5, 0u}, {6, 4u}, {7, 0u}, {8, 5u}})
-            CHECK_MESSAGE(damage(flipped(file, frame + static_cast<std::size_t>(byte), bit)) != "", byte);
+        for (auto const& changed : {std::pair{5u, 0u}, {6u, 4u}, {7u, 0u}, {8u, 5u}})
+            CHECK_MESSAGE(damage(flipped(file, frame + changed.first, changed.second)) != "", changed.first);
         CHECK(damage(file.substr(0, scan) + "\xff\xd9") == "a part of its pixels is missing");
     }
 }
