@@ -1,5 +1,6 @@
 #include "picture_check.hpp"
 #include "checksums.hpp"
+#include "jpeg_scan.hpp"
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -45,7 +46,7 @@ struct JpegTables {
 
     /// Can the tables of a segment DHT be? A table is a byte, the numbers of codes of 1 to 16 bits, and a byte for each code (ITU T.81,
     /// B.2.4.2). There are at most 256 symbols, and no more codes than the shorter ones leave room for. Segments are without their lengths.
-    bool add_huffman(Bytes segment)
+    bool add_huffman(Bytes segment, JpegScans* scans = nullptr)
     {
         while (!segment.empty()) {
             if (segment.size() < 17) return false;
@@ -58,6 +59,7 @@ struct JpegTables {
             }
             if (codes > 256 || segment.size() < 17 + codes) return false;
             if (segment[0] < 32 && segment[0] % 16 < 4) huffman[segment[0] / 16][segment[0] % 16] = true;
+            if (scans != nullptr) scans->add_code(segment[0], segment.subspan(1, 16), segment.subspan(17, codes));
             segment = segment.subspan(17 + codes);
         }
         return true;
@@ -98,11 +100,12 @@ struct JpegTables {
 
 /// A segment's length is in its first two bytes; in the data of a scan, FF stands before 00 or a restart marker (ITU T.81, annex B). A
 /// decoder fills what a file that is cut short lacks with grey.
-std::string_view jpeg_damage(Bytes bytes, std::size_t begin)
+std::string_view jpeg_damage(Bytes bytes, std::size_t begin, std::size_t most_bytes)
 {
     constexpr std::string_view cut_short = "the file is cut short";
     constexpr std::string_view no_table = "a table that its pixels need is missing";
     JpegTables tables;
+    JpegScans scans;
     for (std::size_t at = begin; at + 1 < bytes.size();) {
         unsigned const marker = bytes[at + 1];
         if (bytes[at] != 0xff || marker == 0x00 || (marker >= 0xd0 && marker <= 0xd7)) { // data of a scan
@@ -113,17 +116,22 @@ std::string_view jpeg_damage(Bytes bytes, std::size_t begin)
             ++at;
             continue;
         }
-        if (marker == 0xd9) return tables.has_quantization() ? std::string_view() : no_table;
+        if (marker == 0xd9) return !tables.has_quantization() ? no_table : !scans.complete() ? std::string_view("a part of its pixels is missing") : std::string_view();
         if (at + 3 >= bytes.size()) return cut_short;
         auto const length = std::size_t{bytes[at + 2]} << 8 | bytes[at + 3];
         if (length < 2) return "a segment has no length";
         if (at + 2 + length > bytes.size()) return cut_short;
         auto const segment = bytes.subspan(at + 4, length - 2);
-        if (marker == 0xc4 && !tables.add_huffman(segment)) return impossible_table;
+        if (marker == 0xc4 && !tables.add_huffman(segment, &scans)) return impossible_table;
         if (marker == 0xdb) tables.add_quantization(segment);
-        if (marker >= 0xc0 && marker <= 0xc2) tables.add_frame(segment, marker == 0xc2);
+        if (marker == 0xdd) scans.set_restarts(segment);
+        if (marker >= 0xc0 && marker <= 0xc2) {
+            tables.add_frame(segment, marker == 0xc2);
+            if (!scans.begin(segment, marker == 0xc2, most_bytes)) return "its frame is impossible";
+        }
         if (marker == 0xda && !tables.has_those_of(segment)) return no_table;
         at += 2 + length;
+        if (marker == 0xda && !scans.read(segment, bytes.subspan(at), at)) return scans.at_end() ? cut_short : "its compressed pixels are damaged";
     }
     return cut_short;
 }
@@ -395,7 +403,7 @@ std::string_view picture_damage(Bytes bytes, std::size_t most_bytes)
 {
     try {
         if (text_of(bytes).starts_with(png_signature)) return png_damage(bytes, most_bytes);
-        if (auto const begin = begin_of_jpeg(bytes); begin != 0) return jpeg_damage(bytes, begin);
+        if (auto const begin = begin_of_jpeg(bytes); begin != 0) return jpeg_damage(bytes, begin, most_bytes);
         return {};
     } catch (Damage const& damage) {
         return damage.what;

@@ -12,7 +12,8 @@ tilemesh::scene::Size picture_size(std::filesystem::path const& path);
 
 /// Decodes a PNG or JPEG picture of this size. Its levels become values from 0 to 1; grey becomes three equal channels; transparency shows
 /// the background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is damaged (`picture_damage`)
-/// or cannot be decoded. A PNG with one changed bit is refused, or the bit changes no pixel.
+/// or cannot be decoded. A PNG with one changed bit is refused, or the bit changes no pixel. A JPEG has no checksum: damage of its structure is
+/// refused, another value is another picture.
 ///
 /// Memory: the file and a few pictures of this size. A file that needs more is refused, whatever its header says.
 tilemesh::report::Image read_picture(std::filesystem::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background);

@@ -5,6 +5,7 @@
 # - Every file, test case, link and preset of CMake that is named exists.
 # - The tables of RendererOptions and MeshOptions have their members in the order of declaration.
 # - README.md has at most 160 lines of at most 120 characters, and each of its headline numbers names its command.
+# - Every target, cache entry of CMake and file that a command names is in the project, and every option is one of its program.
 # - Every `render_map` and `pfm_error` line and every block of Python runs.
 # - A block below `<!-- output of COMMAND -->` is what COMMAND prints, but for host times and for counts that depend on fused
 #   multiplication. `<!-- output of COMMAND, from "TEXT" to "TEXT" -->` is a part of it: from the first line that begins with TEXT to
@@ -113,6 +114,24 @@ for file in $texts; do
     done
 done
 
+# --- words of commands -------------------------------------------------------------------------
+# The commands of all blocks, one a line, without comments: a line that ends with && goes on.
+# shellcheck disable=SC2086
+awk 'FNR == 1 { inside = 0 } /^```sh$/ { inside = 1; next } /^```/ { inside = 0 } inside' $texts |
+    sed 's/[[:space:]]#.*//; /^#/d' | sed 's/&&/\n/g' | sed 's/^ *//; s/ *$//; /^$/d' | sort -u >"$work/commands"
+git_files() { find CMakeLists.txt tests examples bench -name CMakeLists.txt -o -name '*.cmake'; }
+# shellcheck disable=SC2046
+cat $(git_files) >"$work/cmake_files"
+for word in $(grep -oE -e '--target [a-z0-9_ ]+' "$work/commands" | sed 's/--target//'); do
+    grep -qw -e "$word" "$work/cmake_files" || fail "a README builds the target $word, which no CMakeLists.txt has"
+done
+for word in $(grep -oE -e '-DTILEMESH_[A-Z_]+' "$work/commands" | sed 's/^-D//' | sort -u); do
+    grep -qw -e "$word" "$work/cmake_files" || fail "a README sets $word, which no CMakeLists.txt reads"
+done
+for word in $(grep -oE '(^|[ =])(tests|examples|bench|include)/[a-z0-9_/.]+\.(sh|py|cpp|mjs)' "$work/commands" | sed 's/^[ =]//' | sort -u); do
+    [ -e "$word" ] || fail "a README's command names $word, which does not exist"
+done
+
 # --- links -------------------------------------------------------------------------------------
 # A heading's anchor: lower case, without punctuation, a hyphen for each space.
 anchors() {
@@ -189,6 +208,38 @@ if [ -z "$program" ]; then
 fi
 examples=$(dirname "$program")
 benches=$(dirname "$examples")/bench
+# Options that a command gives to a program stand in its help. A name of a program alone, or in a folder of a build; after mpirun, too.
+asked=0
+while read -r line; do
+    set -f
+    # shellcheck disable=SC2086
+    set -- $line
+    set +f
+    if [ "$1" = mpirun ]; then while [ $# -gt 0 ] && case $1 in build/*) false ;; esac do shift; done; fi
+    [ $# -gt 0 ] || continue
+    name=${1##*/}
+    shift
+    built=
+    for folder in "$examples" "$benches"; do [ -f "$folder/$name" ] && [ -x "$folder/$name" ] && built=$folder/$name; done
+    [ -n "$built" ] || continue
+    [ -e "$work/$name.help" ] || "$built" --help >"$work/$name.help" 2>&1 </dev/null
+    for word in "$@"; do
+        case $word in --[a-z]*) ;; *) continue ;; esac
+        asked=$((asked + 1))
+        grep -q -e "$word\([^a-z-]\|$\)" "$work/$name.help" || fail "a README gives $name the option $word, which its --help has not"
+    done
+done <"$work/commands"
+[ "$asked" -ge 20 ] || fail "only $asked options were found in the commands of the README files"
+# In the text, `--option` is one of a program here, of a script, of CMake or of mpirun.
+if [ -e "$work/track.help" ] && [ -e "$work/scaling.help" ]; then
+    (cd "$project" && find examples tests bench \( -name '*.sh' -o -name '*.py' -o -name '*.mjs' -o -name main.cpp \) -exec cat {} +) >"$work/scripts"
+    for file in $readmes; do
+        for word in $(cd "$project" && awk '/^```/ { inside = !inside } !inside' "$file" | grep -oE -e '`--[a-z][a-z-]+' | sed 's/^`//' | sort -u); do
+            case $word in --target | --bind-to) continue ;; esac
+            cat "$work"/*.help "$work/scripts" | grep -q -e "$word\([^a-z-]\|$\)" || fail "$file names the option $word, which no program has"
+        done
+    done
+fi
 mkdir "$work/run" && cd "$work/run" || exit 1
 # A map of three balls, the cameras that examples/README.md shows, a walk, an energy model.
 {
@@ -223,6 +274,14 @@ if [ -x "$benches/pfm_error" ] && [ -e other.pfm ]; then
         runs=$((runs + 1))
         # shellcheck disable=SC2086
         "$benches/pfm_error" $arguments >out 2>&1 </dev/null || fail "pfm_error $arguments: $(cat out)"
+    done <lines
+fi
+if [ -x "$examples/track_camera" ]; then # with two small pictures
+    grep -hE '^(build/demo/examples/)?track_camera --out' "$work/commands" >lines
+    while read -r _ arguments; do
+        runs=$((runs + 1))
+        # shellcheck disable=SC2086
+        "$examples/track_camera" $arguments --frames 2 --size 320x240 --quiet >out 2>&1 </dev/null || fail "track_camera $arguments: $(cat out)"
     done <lines
 fi
 [ "$runs" -ge 10 ] || fail "only $runs commands were found in the README files"
