@@ -101,7 +101,8 @@ void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain
 {
     require(read.size() == expected.size(), "as many cameras as the plain reader finds");
     for (std::size_t i = 0; i < read.size(); ++i) {
-        auto const& [scene, file, name, c, position] = read[i];
+        auto const& [scene, file, name, c, position, names_near] = read[i];
+        (void)names_near;
         auto const& e = expected[i];
         require(scene == e.scene && file == e.file && name == e.name, "names are those that the plain reader reads");
         require(c.width == e.width && c.height == e.height && near_to(c.fx, e.fx) && near_to(c.fy, e.fy) && near_to(c.cx, e.cx) &&
