@@ -267,7 +267,7 @@ std::string roomier(Options const& options, Needs const& needs, std::uint64_t sl
 MachineKind machine_for(Options const& options, std::vector<Shot> const& shots, std::vector<std::string>& notes)
 {
     auto const machine = options.choice.machine;
-    if (options.machine_named || options.choice.stays_anchored) return machine;
+    if (options.machine_named || options.choice.stays_anchored || options.renderer.grid.width != 0) return machine;
     auto const no_room = std::find_if(shots.begin(), shots.end(), [&, last = Extent2{}](Shot const& shot) mutable {
         Extent2 const size{shot.camera.width, shot.camera.height};
         if (size.width == last.width && size.height == last.height) return false;

@@ -8,7 +8,7 @@
 
 namespace render_map {
 
-/// The machine that the options name. If they name none, and homes would take over: machine test for frames that have no room on mk2 with either
+/// The machine that the options name. If they name no machine and no grid, and homes would take over: machine test for frames that have no room on mk2 with either
 /// program. `notes` says so.
 MachineKind machine_for(Options const& options, std::vector<Shot> const& shots, std::vector<std::string>& notes);
 

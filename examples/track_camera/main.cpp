@@ -76,7 +76,9 @@ std::string rounded(double value)
 {
     if (!std::isfinite(value)) return "unknown";
     std::array<char, 32> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
+    bool const large = value >= 999.5 && value < 1e15; // whole, not 1.02e+03
+    auto const end = large ? std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 0)
+                           : std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
     return {text.data(), end.ptr};
 }
 

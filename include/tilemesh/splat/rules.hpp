@@ -62,16 +62,17 @@ struct Rules {
     Footprint footprint = Footprint::opacity_box;
     Arithmetic arithmetic = Arithmetic::precise;
     Stop stop = Stop::after_crossing;
-    NearPlane near_plane : 4 = NearPlane::of_camera;
-    SlopeBorder slope_border : 2 = SlopeBorder::of_picture;
-    Coverage coverage : 2 = Coverage::of_record;
+    NearPlane near_plane : 4;
+    SlopeBorder slope_border : 2;
+    Coverage coverage : 2;
     /// Linear RGB, 0 to 1. A pixel is C + T background, with the colour C that its splats give it and the transmittance T behind them.
     float background[3] = {0, 0, 0};
     /// The bounds of |x/z| and |y/z|; 0: `jacobian_limit` and the camera say them. A window of a picture that does not reach the picture's
     /// farther borders takes the picture's bounds (`bounds_of`).
     float slope_limit[2] = {0, 0};
 
-    constexpr Rules() noexcept = default; // GCC 12 converts no {} to an aggregate with bit-fields
+    // Codelets are C++17, where bit-fields have no initialisers of their own.
+    constexpr Rules() noexcept : near_plane(NearPlane::of_camera), slope_border(SlopeBorder::of_picture), coverage(Coverage::of_record) {}
 };
 static_assert(sizeof(Rules) == 44, "rules are plain words without padding: two of them are compared as bytes");
 
