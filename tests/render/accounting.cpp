@@ -45,8 +45,8 @@ render::TileSums sums()
     counts.copies_full = 9;
     counts.copies_refused = 10;
     Work work{};
-    work.blocks[0] = 11;
-    work.blocks[Work::max_workers - 1] = 12;
+    work.evaluated[0] = 11;
+    work.evaluated[Work::max_workers - 1] = 12;
     work.contributing[1] = 13;
     render::TileSums out;
     out.add(counts, work);
