@@ -6,6 +6,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <tilemesh/splat/blending.hpp>
+#include <tilemesh/splat/logarithm.hpp>
 #include <utility>
 #include <vector>
 
@@ -145,6 +146,66 @@ TEST_CASE("cells: every pixel above the cut is in a listed cell, and no pixel be
         CHECK(gained == 0);
         CHECK(drawn > 1000);
     }
+}
+
+TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in its cell and far from the frame's middle")
+{
+    auto const camera = support::lens(6000, 32);
+    Rules rules;
+    rules.arithmetic = Arithmetic::fast;
+    support::Random random(66);
+    std::size_t lost = 0, tried = 0;
+    std::vector<FloatPixel> pixels(8 * 4);
+    for (int trial = 0; trial < 4000; ++trial) {
+        // A small splat, whose mean is left or right of a cell. Its own row crosses the cell's nearest column.
+        auto const column = 8 * static_cast<std::uint32_t>(random.uniform(1, 749)), row = 4 * static_cast<std::uint32_t>(random.uniform(0, 8));
+        bool const left = trial % 2 == 0;
+        float const x = static_cast<float>(left ? column : column + 7) + 0.5f - camera.cx, y = static_cast<float>(row + trial / 2 % 4) + 0.5f - camera.cy;
+        Splat s{};
+        float const away = random.uniform(0.6f, 2.0f);
+        s.mean_px[0] = left ? x - away : x + away;
+        s.slope = random.uniform(-0.5f, 0.5f);
+        s.mean_px[1] = y - s.slope * (x - s.mean_px[0]); // the pixel is the ellipse's rightmost or leftmost point
+        s.along = -random.uniform(2.0f, 5.0f) / (away * away), s.across = -random.uniform(0.5f, 1.5f);
+        s.depth = s.opacity = 1;
+        s.opacity = rules.alpha_min * 1.00003f / alpha_at(s, x, y);
+        if (!(s.opacity < 0.99f)) continue;
+        s.faintest = logarithm(rules.alpha_min / s.opacity) - 0.01f; // as in a projection
+        for (float& c : s.colour) c = 1;
+        s.columns = 6000u << 16, s.rows = 32u << 16;
+        auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+        PairCount counts[1] = {};
+        blend_whole_tile(PixelRect{column, column + 8, row, row + 4}, camera, rules, 1, at, pixels.data(), 8, counts, 1);
+        lost += counts[0].contributing == 0 ? 1 : 0;
+        ++tried;
+    }
+    CHECK(tried > 1000);
+    CHECK(lost == 0);
+}
+
+TEST_CASE("cells: needles whose means are far away are within 2e-5 of precise, also where the principal point is between pixels")
+{
+    auto camera = support::lens(64, 40);
+    camera.cx += 0.217f, camera.cy += 0.377f; // so that the distances of two rows are not rounded alike
+    support::Random random(67);
+    double most = 0;
+    std::size_t drawn = 0;
+    for (int k = 0; k < (support::fast() ? 2000 : 10000); ++k) {
+        float const length = std::exp(random.uniform(0.0f, 16.0f)), turn = random.uniform(0.0f, 3.14f), z = random.uniform(1.0f, 4.0f);
+        Gaussian const g{{std::cos(2 * turn) * length, std::sin(2 * turn) * length, z}, {1, 1, 1}, random.uniform(0.3f, 0.99f),
+                         {std::cos(turn), 0, 0, std::sin(turn)}, {std::log(length), random.uniform(-9, -2), -9}, GaussianId{1}};
+        Scene const one({g}, camera);
+        auto const precise = blend(one, Arithmetic::precise, 64, 40), fast = blend(one, Arithmetic::fast, 64, 40);
+        for (std::size_t i = 0; i < precise.pixels.size(); ++i) {
+            float const u = precise.pixels[i].colour.colour.rgb[0], v = fast.pixels[i].colour.colour.rgb[0];
+            if (u == 0 || v == 0) continue;
+            most = std::max(most, std::fabs(double{u} - double{v}));
+            ++drawn;
+        }
+    }
+    MESSAGE("largest difference of alpha: ", most);
+    CHECK(drawn > 10000);
+    CHECK(most < 2e-5);
 }
 
 TEST_CASE("cells: bits and counts do not depend on tiles and lanes")
