@@ -160,7 +160,7 @@ TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in 
         // A small splat, whose mean is left or right of a cell. Its own row crosses the cell's nearest column.
         auto const column = 8 * static_cast<std::uint32_t>(random.uniform(1, 749)), row = 4 * static_cast<std::uint32_t>(random.uniform(0, 8));
         bool const left = trial % 2 == 0;
-        float const x = static_cast<float>(left ? column : column + 7) + 0.5f - camera.cx, y = static_cast<float>(row + trial / 2 % 4) + 0.5f - camera.cy;
+        float const x = static_cast<float>(left ? column : column + 7) + 0.5f - camera.cx, y = static_cast<float>(row + static_cast<std::uint32_t>(trial / 2 % 4)) + 0.5f - camera.cy;
         Splat s{};
         float const away = random.uniform(0.6f, 2.0f);
         s.mean_px[0] = left ? x - away : x + away;
