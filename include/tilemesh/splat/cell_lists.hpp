@@ -37,28 +37,37 @@ struct Ellipses {
     Floats<L> from, to;      ///< the mean's column in cells, so that the integer parts of from - reach and to + reach are the first cell and the end
     Floats<L> lean, f, e;
     Floats<L> top, height;   ///< the row of the rightmost point, and half the height
-    Words<L> special;        ///< bits of Special
 
     template <std::uint32_t Size>
-    TILEMESH_KERNEL Ellipses(CellChunk<Size> const& c, std::uint32_t i, CellWindow const& window, float alpha_max) noexcept
+    TILEMESH_KERNEL Ellipses(CellChunk<Size> const& c, std::uint32_t i) noexcept
+        : mean_y(load<L>(c.mean_y + i)), from(load<L>(c.mean_x + i)), to(load<L>(c.right + i)), lean(load<L>(c.slope + i)),
+          f(load<L>(c.along + i)), e(load<L>(c.across + i)), top(load<L>(c.opacity + i)), height(load<L>(c.faintest + i))
+    {
+    }
+    /// Computes the ellipses of splats i to i + L - 1 of a chunk and stores them over the fields that they follow from: a worker's stack is
+    /// small. Returns their bits of Special.
+    template <std::uint32_t Size>
+    TILEMESH_KERNEL static Words<L> complete(CellChunk<Size>& c, std::uint32_t i, Camera const& camera, float alpha_max) noexcept
     {
         constexpr float cell = 1.0f / static_cast<float>(cell_width);
         auto const least = broadcast<L>(-1e-30f); // so that nothing is 0 / 0
         Floats<L> const along = at_most<L>(load<L>(c.along + i), least), across = at_most<L>(load<L>(c.across + i), least);
         Floats<L> const slope = load<L>(c.slope + i), faintest = load<L>(c.faintest + i), mean_x = load<L>(c.mean_x + i);
         Floats<L> const steep = across * slope, per = 1.0f / (along + steep * slope);
-        mean_y = load<L>(c.mean_y + i);
-        lean = steep * per * cell;
-        f = faintest * per * (power_margin * cell * cell);
-        e = (along * per) * (across * per) * (cell * cell);
+        Floats<L> const f = faintest * per * (power_margin * cell * cell), e = (along * per) * (across * per) * (cell * cell);
         Floats<L> const reach = A::square_root(faintest / along), tall = f / e, half = A::square_root(tall);
-        top = slope * reach;
-        height = half + pixel_margin;
-        Floats<L> const x = mean_x + (window.camera->cx - 0.5f); // pixel centres are whole numbers
+        Floats<L> const x = mean_x + (camera.cx - 0.5f); // pixel centres are whole numbers
         Floats<L> const margin = pixel_margin + 0x1p-21f * (magnitude<L>(mean_x) + reach);
-        from = (x + (1.0f - margin)) * cell;
-        to = (x + (static_cast<float>(cell_width) + margin)) * cell;
-        special = apart(across * log2_e, tall) | clamped(load<L>(c.opacity + i), alpha_max) | clipped(c, i, x, faintest, reach, half, *window.camera);
+        Words<L> const special =
+            apart(across * log2_e, tall) | clamped(load<L>(c.opacity + i), alpha_max) | clipped(c, i, x, faintest, reach, half, camera);
+        put<L>(c.mean_x + i, (x + (1.0f - margin)) * cell);
+        put<L>(c.right + i, (x + (static_cast<float>(cell_width) + margin)) * cell);
+        put<L>(c.slope + i, steep * per * cell);
+        put<L>(c.along + i, f);
+        put<L>(c.across + i, e);
+        put<L>(c.opacity + i, slope * reach);
+        put<L>(c.faintest + i, half + pixel_margin);
+        return special;
     }
     /// Bits [0, window.columns): the cells of the band whose first row has its centres at y.
     TILEMESH_KERNEL Words<L> band(float y, CellWindow const& window) const noexcept
@@ -144,39 +153,55 @@ private:
     }
 };
 
+/// The lanes of splats i to i + L - 1 that are below n.
+template <std::uint32_t L>
+TILEMESH_KERNEL Words<L> valid_lanes(std::uint32_t i, std::uint32_t n) noexcept
+{
+    return counted_lanes<L>() + static_cast<std::int32_t>(i) < static_cast<std::int32_t>(n);
+}
 /// The lanes in which splats are tested: two at least, and no more than a list has room for.
 template <std::uint32_t N>
 inline constexpr std::uint32_t list_lanes = N < 2 ? 2 : N > 8 ? 8 : N;
 
-/// Completes the first n splats of a chunk: their words that follow from others, and the cells of a window that they reach. Returns all bits of
-/// Special that a splat has. The chunk must be filled to a multiple of 8.
+/// Completes the first n splats of a chunk: their words that follow from others. Returns all bits of Special that a splat has. The chunk must be
+/// filled to a multiple of 8.
 template <class Rule>
-struct ReachCells {
+struct CompleteCells {
     template <class Set, std::uint32_t Size>
-    TILEMESH_KERNEL static std::uint32_t run(CellChunk<Size>& c, std::uint32_t n, CellWindow const& window, float alpha_max) noexcept
+    TILEMESH_KERNEL static std::uint32_t run(CellChunk<Size>& c, std::uint32_t n, Camera const& camera, float alpha_max) noexcept
     {
         constexpr std::uint32_t L = list_lanes<Set::most_lanes>;
-        using A = FloatLanes<L>;
-        float const y = static_cast<float>(window.row) + 0.5f - window.camera->cy;
         Words<L> any{};
         for (std::uint32_t i = 0; i < (n + 7) / 8 * 8; i += L) { // lists are made of 8 splats at a time
             Floats<L> const exponent = load<L>(c.across + i) * (2 * log2_e); // never above 0
             put<L>(c.q + i, power_of_two<Rule::degree, L>(at_least<L>(exponent, broadcast<L>(lowest_exponent))));
-            put<L>(c.height + i, logarithm<A>(load<L>(c.opacity + i)) * log2_e);
-            Ellipses<L> const ellipses(c, i, window, alpha_max);
-            Words<L> cells{};
-            for (std::uint32_t j = 0; j < window.bands; ++j)
-                cells |= ellipses.band(y + static_cast<float>(cell_height * j), window) << static_cast<std::int32_t>(window.columns * j);
-            Words<L> const valid = counted_lanes<L>() + static_cast<std::int32_t>(i) < static_cast<std::int32_t>(n);
-            Words<L> const special = ellipses.special & valid;
-            if (A::any(special & static_cast<std::int32_t>(Special::clipped))) cells &= in_rectangles<L>(c, i, window) | ~clips<L>(special);
+            put<L>(c.height + i, logarithm<FloatLanes<L>>(load<L>(c.opacity + i)) * log2_e);
+            Words<L> const special = Ellipses<L>::complete(c, i, camera, alpha_max) & valid_lanes<L>(i, n);
             store(c.special + i, special);
-            store(c.cells + i, Words<L>(cells & valid));
             any |= special;
         }
         std::int32_t all = 0;
         for (std::uint32_t k = 0; k < L; ++k) all |= any[k];
         return static_cast<std::uint32_t>(all);
+    }
+};
+/// Finds the cells of a window that the first n splats of a completed chunk reach.
+struct ReachCells {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(CellChunk<Size>& c, std::uint32_t n, CellWindow const& window) noexcept
+    {
+        constexpr std::uint32_t L = list_lanes<Set::most_lanes>;
+        using A = FloatLanes<L>;
+        float const y = static_cast<float>(window.row) + 0.5f - window.camera->cy;
+        for (std::uint32_t i = 0; i < (n + 7) / 8 * 8; i += L) { // as in CompleteCells
+            Ellipses<L> const ellipses(c, i);
+            Words<L> cells{};
+            for (std::uint32_t j = 0; j < window.bands; ++j)
+                cells |= ellipses.band(y + static_cast<float>(cell_height * j), window) << static_cast<std::int32_t>(window.columns * j);
+            Words<L> const special = loaded<L>(c.special + i);
+            if (A::any(special & static_cast<std::int32_t>(Special::clipped))) cells &= in_rectangles<L>(c, i, window) | ~clips<L>(special);
+            store(c.cells + i, Words<L>(cells & valid_lanes<L>(i, n)));
+        }
     }
 
 private:
@@ -269,7 +294,12 @@ public:
     {
         groups_ = (n + 7) / 8;
         for (std::uint32_t g = 0; g < groups_; ++g) {
-            std::uint32_t first[4], last[4];
+            std::uint32_t first[4], last[4], any = 0;
+            for (std::uint32_t k = 0; k < 8; ++k) any |= chunk.cells[8 * g + k];
+            if (any == 0) { // the rule where a tile's blocks lie far apart (homes/blend.hpp)
+                for (std::uint32_t byte = 0; 8 * byte < cells; ++byte) std::memset(masks_[byte][g], 0, 8);
+                continue;
+            }
             transpose_bytes(chunk.cells + 8 * g, first);
             transpose_bytes(chunk.cells + 8 * g + 4, last);
             for (std::uint32_t byte = 0; 8 * byte < cells; ++byte) {

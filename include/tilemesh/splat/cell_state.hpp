@@ -54,6 +54,7 @@ struct alignas(vector_bytes) CellChunk {
     std::uint32_t cells[Size];   ///< the cells of a window that the splat reaches, as bits
     float mean_x[Size], mean_y[Size], along[Size], slope[Size], across[Size], opacity[Size], faintest[Size];
     std::uint32_t columns[Size], rows[Size];
+    float right[Size]; ///< of the ellipse at the cut, which then stands in the place of these fields (Ellipses::complete)
 
     void take(std::uint32_t i, Splat const& s) noexcept
     {

@@ -83,14 +83,14 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
     std::uint32_t going = all;
     for (std::uint32_t begin = 0; begin < n && going != 0; begin += size) {
         std::uint32_t const most = fill<(SetOf<N>::most_lanes >= 4)>(m.chunk, begin, n, at);
-        bool special = false;
+        bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *windows[0].camera, rules.alpha_max) != 0;
         going = 0;
         for (std::uint32_t b = 0; b < all; ++b) {
             auto const& window = windows[b / open];
             auto& cell = m.cells[b];
             fetch_part_ahead<size>(begin + size, n, b, all, at);
             if (b % open == 0 && goes_on(&cell, open)) {
-                special = set.template call<ReachCells<Rule>>(m.chunk, most, window, rules.alpha_max) != 0;
+                set.template call<ReachCells>(m.chunk, most, window);
                 m.lists.begin(m.chunk, most, window.columns * window.bands);
             }
             if (cell.columns == 0) continue;

@@ -146,8 +146,8 @@ template <class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, 
     }
 }
 
-/// The half of a block that lies in one column of cells: five rows touch two cells.
-inline constexpr std::uint32_t halves_a_block = block_width / cell_width, cells_a_half = 2, strips_a_cell = cell_width / strip_width;
+/// A block is two cells wide; its five rows touch two rows of cells.
+inline constexpr std::uint32_t cells_across = block_width / cell_width, bands_a_block = 2, strips_a_cell = cell_width / strip_width;
 static_assert(block_height > 1 && block_height <= cell_height + 1,
               "wherever a block begins, it touches at most two rows of cells");
 
@@ -206,49 +206,51 @@ void keep_cell(AnyCell const& cell, Kept& kept, BlockAt const& block, std::uint3
         }
     }
 }
-/// A block in progress, or a half of it.
-struct OpenHalf {
+/// A block in progress, or the part of it that is one cell wide.
+struct OpenPart {
     std::uint32_t number; ///< of the block
-    std::uint32_t mine;   ///< this worker's strips of the half
+    std::uint32_t mine;   ///< this worker's strips of the block
     BlockAt place;
 };
-/// `blend_kept_blocks` in cells, `Group` halves of blocks at a time.
+/// `blend_kept_blocks` in cells: `Group` blocks at a time, or for a worker, which has little memory, a part that is one cell wide.
 template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
 [[gnu::noinline]] void blend_kept_cells(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
                                         std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     typename Rule::Denormals const denormals;
-    CellMemory<Kept::has_depth, Group * cells_a_half, Size> m;
+    constexpr std::uint32_t width = Group == 1 ? 1 : cells_across, parts_a_block = cells_across / width, cells_a_part = width * bands_a_block;
+    CellMemory<Kept::has_depth, Group * cells_a_part, Size> m;
     StripTally const tally{&work, workers, rules.transmittance_min};
-    OpenHalf halves[Group];
+    OpenPart parts[Group];
     CellWindow windows[Group];
-    std::uint32_t const all = fold.tile_blocks() * halves_a_block;
+    std::uint32_t const all = fold.tile_blocks() * parts_a_block;
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
         for (; open < Group && next < all; ++next) {
-            std::uint32_t const number = next / halves_a_block, first = next % halves_a_block * strips_a_cell;
+            std::uint32_t const number = next / parts_a_block, first = next % parts_a_block * width * strips_a_cell;
             auto const place = block_at(fold, tile, number);
             if (!place.exists || (finished & fold.bit_of(number)) != 0) continue;
-            std::uint32_t const mine = strips_of(worker, number) >> first & ((1u << strips_a_cell) - 1);
-            if (going_strips(blocks[number], mine << first, rules.transmittance_min) == 0) continue;
+            std::uint32_t const mine = strips_of(worker, number) & ((1u << width * strips_a_cell) - 1) << first;
+            if (going_strips(blocks[number], mine, rules.transmittance_min) == 0) continue;
             std::uint32_t const column = place.x + first * strip_width, row = place.y / cell_height * cell_height;
-            halves[open] = {number, mine, place};
-            windows[open] = {column, row, 1, cells_a_half, &camera};
-            for (std::uint32_t k = 0; k < cells_a_half; ++k) {
-                auto& cell = m.cells[open * cells_a_half + k];
-                cell.begin({column, row + k * cell_height, camera.cx, camera.cy}, {});
-                cell.number = number * strips_a_block + first;
+            parts[open] = {number, mine, place};
+            windows[open] = {column, row, width, bands_a_block, &camera};
+            for (std::uint32_t k = 0; k < cells_a_part; ++k) {
+                auto& cell = m.cells[open * cells_a_part + k];
+                cell.begin({column + k % width * cell_width, row + k / width * cell_height, camera.cx, camera.cy}, {});
+                cell.number = number * strips_a_block + first + k % width * strips_a_cell;
                 cell.in_window = k;
-                load_cell(cell, blocks[number], place, mine);
+                load_cell(cell, blocks[number], place, mine >> (cell.number % strips_a_block));
                 tally.look(cell);
             }
             ++open;
         }
-        blend_open_cells<Rule, StopAsAsked, N>(m, windows, open, cells_a_half, rules, n, at, tally);
-        for (std::uint32_t b = 0; b < open * cells_a_half; ++b) {
-            auto const& half = halves[b / cells_a_half];
+        if (open == 0) break;
+        blend_open_cells<Rule, StopAsAsked, N>(m, windows, open, cells_a_part, rules, n, at, tally);
+        for (std::uint32_t b = 0; b < open * cells_a_part; ++b) {
+            auto const& part = parts[b / cells_a_part];
             auto const& cell = m.cells[b];
-            keep_cell(cell, blocks[half.number], half.place, half.mine);
+            keep_cell(cell, blocks[part.number], part.place, part.mine >> (cell.number % strips_a_block));
             for (std::uint32_t i = 0; i < cell_width; ++i) // only its own: another worker may write the other counters
                 if (cell.state.contributing[i] != 0)
                     work.contributing[(cell.number + i / strip_width) % workers] += static_cast<std::uint32_t>(cell.state.contributing[i]);
