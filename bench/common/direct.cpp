@@ -83,7 +83,7 @@ void Direct::render(splat::Camera const& camera, splat::Rules const& rules, Team
 
     pairs_ = contributing_ = 0;
     for (auto const& s : shares_) {
-        pairs_ += s.blocks * splat::block_width * splat::block_height;
+        pairs_ += s.evaluated * splat::pairs_a_count;
         contributing_ += s.contributing;
     }
     stages_.total = frame.lap();
@@ -254,7 +254,7 @@ void Direct::fill(std::uint32_t thread, std::uint32_t threads)
 void Direct::blend(std::uint32_t thread, splat::View const& view, BlendTile blend_tile, std::atomic<std::uint32_t>& next)
 {
     auto& share = shares_[thread];
-    share.blocks = share.contributing = 0;
+    share.evaluated = share.contributing = 0;
     auto const tiles = static_cast<std::uint32_t>(begin_.size() - 1);
     for (std::uint32_t first; (first = next.fetch_add(claim, std::memory_order_relaxed)) < tiles;)
         for (auto tile = first; tile < std::min(first + claim, tiles); ++tile) {
@@ -263,7 +263,7 @@ void Direct::blend(std::uint32_t thread, splat::View const& view, BlendTile blen
             auto const count =
                 blend_tile(rect, view, begin_[tile + 1] - begin_[tile], splats_.data(), list_.data() + begin_[tile],
                            pixels_.data() + std::size_t{rect.y0} * width_ + rect.x0, width_);
-            share.blocks += count.blocks;
+            share.evaluated += count.evaluated;
             share.contributing += count.contributing;
         }
 }

@@ -67,7 +67,7 @@ private:
         std::vector<Key> keys, other;    ///< keys of its records, by depth after the sort; second buffer of the sort
         std::vector<std::int32_t> count; ///< for its part of the sorted splats: list entries per tile
         std::vector<std::uint32_t> next; ///< for each tile: the place of its next entry
-        std::uint64_t blocks = 0, contributing = 0;
+        std::uint64_t evaluated = 0, contributing = 0;
     };
 
     void project(std::uint32_t thread, std::uint32_t threads, splat::View const& view);

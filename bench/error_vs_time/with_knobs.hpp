@@ -30,7 +30,7 @@ void blend(splat::PixelRect const& tile, splat::View const& view, Knobs const& k
     namespace kernel = splat::detail;
     if (tile.empty()) return;
     auto const by = [&]<class Rule, class Stop>() noexcept {
-        kernel::blend_tile_by<Rule, Stop, kernel::native_lanes, 8, 128>(tile, view.camera, view.rules, n, at, pixels, stride_px, worker,
+        kernel::blend_tile_by<Rule, Stop, kernel::native_lanes, 32, 128>(tile, view.camera, view.rules, n, at, pixels, stride_px, worker,
                                                                         counts, workers);
     };
     bool const fast = view.rules.arithmetic == splat::Arithmetic::fast && view.rules.alpha_min >= kernel::faintest_cut;

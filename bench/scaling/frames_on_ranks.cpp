@@ -86,7 +86,7 @@ std::vector<std::uint32_t> work_of_rows(std::shared_ptr<Team> const& one, scene:
         std::vector<double> pairs(work.size()), records(work.size());
         double all_pairs = 1, all_records = 1;
         for (TileId const tile : mesh.grid().tiles()) {
-            for (auto const blocks : mesh.state<splat::Work>(tile).blocks) pairs[tile.y()] += blocks;
+            for (auto const evaluated : mesh.state<splat::Work>(tile).evaluated) pairs[tile.y()] += evaluated;
             records[tile.y()] += mesh.state<splat::Counts>(tile).projected;
         }
         for (auto const n : pairs) all_pairs += n;

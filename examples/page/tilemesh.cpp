@@ -330,8 +330,8 @@ public:
             seen.refused = refused;
             seen.dropped = dropped;
             if (event.step == Core::Steps::composite)
-                for (auto const blocks : mesh.template state<splat::Work>(tile).blocks)
-                    now.pairs += std::uint64_t{blocks} * splat::block_width * splat::block_height;
+                for (auto const evaluated : mesh.template state<splat::Work>(tile).evaluated)
+                    now.pairs += std::uint64_t{evaluated} * splat::pairs_a_count;
             after.push_back(now);
         }
     }

@@ -64,8 +64,7 @@ private:
                 to.copies += mark.is(splat::Mark::copy) ? 1u : 0u;
             }
             auto const& work = mesh.template state<splat::Work>(tile);
-            for (auto const blocks : work.blocks)
-                to.pairs += std::uint64_t{blocks} * splat::block_width * splat::block_height;
+            for (auto const evaluated : work.evaluated) to.pairs += std::uint64_t{evaluated} * splat::pairs_a_count;
             to.channel_full += counts.channel_full;
             to.no_credit += counts.no_credit;
             to.storage_full += counts.storage_full;

@@ -71,7 +71,7 @@ private:
                 auto const& counts = mesh.state<homes::Counts>(tile);
                 auto& to = tiles_[t];
                 to.records = mesh.state<homes::Home<Policies>>(tile).size();
-                for (auto const strips : mesh.state<homes::Work>(tile).strips) to.pairs += std::uint64_t{strips} * homes::strip_pairs;
+                for (auto const evaluated : mesh.state<homes::Work>(tile).evaluated) to.pairs += std::uint64_t{evaluated} * homes::pairs_a_count;
                 to.channel_full += counts.channel_full;
                 to.no_credit += counts.no_credit;
                 to.rounds += counts.rounds;

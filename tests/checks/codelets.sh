@@ -17,7 +17,7 @@ if ! command -v "$compiler" >/dev/null 2>&1; then echo "skipped: clang++-16 is a
 
 # Limits. A tile's reserve for code and stacks is 130 KiB (Mk2::code_bytes) and has to hold six workers' stacks, the code, and what is
 # not compiled here: exchange code, the vertices' state, Poplar's own. That keeps a quarter.
-frame_limit=4096   # bytes a function: compositing has a block of pixels, 16 splats and row limits, 3.6 KB
+frame_limit=4096   # bytes a function: compositing has two cells of pixels and 16 splats, 3.4 KB
 stack_limit=6144   # bytes a worker, from its vertex down: 36 KiB for six
 reserve=133120
 workers=6

@@ -18,6 +18,10 @@
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/blending_rules.hpp>
+#include <tilemesh/splat/cell_state.hpp>
+#include <tilemesh/splat/cell_lists.hpp>
+#include <tilemesh/splat/cell_tiles.hpp>
+#include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/compositing.hpp>

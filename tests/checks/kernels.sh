@@ -6,7 +6,7 @@ set -eu
 export LC_ALL=C
 compiler=$1 nm=$2 include=$3 object=$4 standard=$5
 
-frames="-Wframe-larger-than=5120" # bytes of stack; compositing keeps a block of 1.3 KiB (1.9 with depth), 16 splats and row limits
+frames="-Wframe-larger-than=5120" # bytes of stack; compositing keeps a block of 1.3 KiB (1.9 with depth) or two cells of as much, 16 splats and row limits
 if "$compiler" --version | grep -q 'Free Software Foundation'; then frames="$frames -Wstack-usage=5120"; fi
 # shellcheck disable=SC2086
 "$compiler" "-std=c++$standard" -O2 -fno-exceptions -fno-rtti -Wall -Wextra -Wconversion -Wshadow -Wdouble-promotion -Wvla \

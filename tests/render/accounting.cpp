@@ -45,8 +45,8 @@ render::TileSums sums()
     counts.copies_full = 9;
     counts.copies_refused = 10;
     Work work{};
-    work.blocks[0] = 11;
-    work.blocks[Work::max_workers - 1] = 12;
+    work.evaluated[0] = 11;
+    work.evaluated[Work::max_workers - 1] = 12;
     work.contributing[1] = 13;
     render::TileSums out;
     out.add(counts, work);
@@ -72,7 +72,7 @@ TEST_CASE("accounting: every counter goes to its place in the report")
     CHECK(r.refused.storage_full == 16);
     CHECK(r.refused.copies_full == 18);
     CHECK(r.refused.copies_refused == 20);
-    CHECK(r.pairs == 2 * (11 + 12) * 80);
+    CHECK(r.pairs == 2 * (11 + 12) * 16);
     CHECK(r.pairs_contributing == 26);
     CHECK(r.exchanges.project == 1);
     CHECK(r.exchanges.route == 2);

@@ -8,12 +8,13 @@
 namespace support {
 
 /// The largest relative difference of alpha between fast and precise arithmetic, for a splat at a pixel. `off0` and `off` are the distances
-/// across the splat at the first row of the pixel's block and at the pixel, k rows below. dx is the same in both.
+/// across the splat at the first row of the pixel's cell and at the pixel, k rows below. dx is the same in both.
 ///
 /// Each rounding is u = 2^-24. A power is a sum of terms; its rounding error is u of each term (S, S0: the terms at both rows), a few
 /// times, and e^power has this error relatively. The distances are rounded as their term y; this matters for steep needles. Fast
-/// arithmetic: alpha = opacity 2^p0 (2^rise)^k q^(k (k - 1) / 2). That is at most 11 exponentials (each a polynomial with an error of
-/// 7.5e-8 and two roundings: 4 u), 11 products, 6 times the rounding of q's exponent, and k times the rounding of the rise.
+/// arithmetic: alpha = 2^p0 (2^rise)^k q^(k (k - 1) / 2). That is at most 7 exponentials (each a polynomial with an error of
+/// 7.5e-8 and two roundings: 4 u), 7 products, 3 times the rounding of q's exponent, and k times the rounding of the rise. The opacity is a
+/// term of the power, log2(opacity), whose roundings count as those of four exponentials.
 inline double alpha_rounding(splat::Splat const& s, double dx, double off0, double off, double y0, double y, int k)
 {
     constexpr double u = 0x1p-24;
@@ -52,7 +53,7 @@ inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& ga
         auto const r = s.rect();
         for (auto y = r.y0; y < r.y1; ++y)
             for (auto x = r.x0; x < r.x1; ++x) {
-                auto const k = y % splat::block_height;
+                auto const k = y % splat::cell_height;
                 float const px = static_cast<float>(x) + 0.5f - camera.cx, py = static_cast<float>(y) + 0.5f - camera.cy;
                 double const dx = px - s.mean_px[0], dy = py - s.mean_px[1], off = dy - double{s.slope} * dx;
                 double const error = alpha_rounding(s, dx, off - k, off, dy - k, dy, static_cast<int>(k));

@@ -36,11 +36,11 @@ struct SortedSplats {
 /// The result of a kernel for a frame. Two results are equal if the pixels have the same bits.
 struct Blended {
     std::vector<tilemesh::splat::FloatPixel> pixels;
-    std::uint64_t blocks = 0, contributing = 0;
+    std::uint64_t evaluated = 0, contributing = 0; ///< pairs
 
     void count(tilemesh::splat::PairCount const& of_a_worker)
     {
-        blocks += of_a_worker.blocks;
+        evaluated += std::uint64_t{of_a_worker.evaluated} * tilemesh::splat::pairs_a_count;
         contributing += of_a_worker.contributing;
     }
     bool operator==(Blended const& o) const

@@ -17,7 +17,7 @@ bool reaches(Splat const& s, float x0, float x1, float y0, float y1)
     namespace detail = tilemesh::splat::detail;
     detail::Chunk<4> chunk{};
     for (std::uint32_t i = 0; i < 4; ++i) chunk.take(i, s);
-    chunk.complete<detail::EachPair, 4>(4);
+    chunk.complete<4>(4);
     auto const lanes = [](float v) { return detail::broadcast<4>(v); };
     return detail::reaches<4>(chunk, 0, lanes(x0), lanes(x1), lanes(y0), lanes(y1))[0] != 0;
 }

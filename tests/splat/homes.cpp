@@ -151,6 +151,29 @@ TEST_CASE("a crowd on one tile: n splats arrive n log n times at most, in the fi
     }
 }
 
+TEST_CASE("homes, fast: workers that share the cells of a block give the bits and the counts of one thread")
+{
+    auto const m = every(100);
+    Grid const grid{3, 2};
+    RendererOptions o;
+    o.grid = grid;
+    o.storage_slots = 40; // several rounds, so that blocks are opened again
+    o.digest = true;
+    auto const view = scene::frame_whole(m, {90, 53});
+    for (auto const stop : {splat::Stop::after_crossing, splat::Stop::before_crossing}) {
+        render::HomesRenderer<homes::HostPolicies<>> one(m, choice(m, grid), o);
+        render::HomesRenderer<homes::HostPolicies<>, CheckedMesh> checked(m, choice(m, grid), o);
+        one.rules().arithmetic = checked.rules().arithmetic = splat::Arithmetic::fast;
+        one.rules().stop = checked.rules().stop = stop;
+        auto const a = one.render(view), b = checked.render(view);
+        CHECK(pixels_that_differ(a.image, b.image) == 0);
+        CHECK(a.report.digests == b.report.digests);
+        CHECK(a.report.pairs == b.report.pairs);
+        CHECK(a.report.pairs_contributing == b.report.pairs_contributing);
+        CHECK(a.report.pairs_contributing > 0);
+    }
+}
+
 TEST_CASE("a map with more records than homes comes in chapters, and the picture is the same")
 {
     auto map = every(60);

@@ -329,7 +329,7 @@ Blended blended(std::vector<pose::PoseSplat> const& splats, View const& view)
 {
     using Set = splat::detail::GivenSet<N>;
     Blended b;
-    auto const n = splat::detail::fill<splat::detail::EachPair>(Set{}, b.chunk, 0, static_cast<std::uint32_t>(splats.size()),
+    auto const n = splat::detail::fill(Set{}, b.chunk, 0, static_cast<std::uint32_t>(splats.size()),
                                                                 [&](std::uint32_t i) -> Splat const& { return splats[i]; });
     REQUIRE(n == splats.size());
     for (std::uint32_t i = 0; i < most_splats; ++i) {
@@ -339,7 +339,7 @@ Blended blended(std::vector<pose::PoseSplat> const& splats, View const& view)
     Set::template call<pose::detail::CompleteMotions>(b.chunk, n, view);
     pose::detail::begin_part(b.part, b.rows, 16, 5, 0, PixelRect{18, 32, 5, 10}, view.camera); // two dead lanes
     b.hits.resize(most_splats + 16);
-    b.hits.resize(Set::template call<splat::detail::ListHits<splat::detail::EachPair>>(b.chunk, n, b.part.at, view.rules.alpha_max, b.hits.data()));
+    b.hits.resize(Set::template call<splat::detail::ListHits>(b.chunk, n, b.part.at, b.hits.data()));
     for (std::uint32_t k = 0; k < block_height; ++k)
         b.contributing += Set::template call<pose::detail::BlendMovingRow<true, Stop>>(b.rows[k], b.chunk, b.hits.data(), static_cast<std::uint32_t>(b.hits.size()),
                                                                                      b.part.at, k, view.rules);

@@ -64,7 +64,7 @@ Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_heigh
         v, tile_width, tile_height,
         [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
             PairCount count{};
-            inner::blend_tile_by<Rule, Stop, Lanes, 8, 128>(tile, v.camera, v.rules, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
+            inner::blend_tile_by<Rule, Stop, Lanes, 32, 128>(tile, v.camera, v.rules, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
                                                              1);
             picture.count(count);
         });
@@ -114,7 +114,7 @@ private:
                       std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
     {
         if (tile.empty()) return;
-        inner::blend_tile_by<inner::EachPair, inner::StopBeforeCrossing, inner::native_lanes, 8, 128>(
+        inner::blend_tile_by<inner::EachPair, inner::StopBeforeCrossing, inner::native_lanes, 32, 128>(
             tile, frame.view.camera, frame.view.rules, n, at, pixels, stride_px, worker, counts, workers);
     }
 };
@@ -218,12 +218,12 @@ TEST_CASE("stop before crossing: a limit of 0 never stops")
 
 TEST_CASE("stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
 {
-    auto const blocks = [](float opacity) {
+    auto const evaluated = [](float opacity) {
         auto const v = layers(std::vector<float>(1000, opacity), 1e-2f);
-        return blend<inner::StopBeforeCrossing>(v, 20, 20).blocks;
+        return blend<inner::StopBeforeCrossing>(v, 20, 20).evaluated;
     };
-    CHECK(blocks(0.9f) == 8 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
-    CHECK(blocks(1e-2f) == 8 * 512); // 0.99^458 is the last above a hundredth
+    CHECK(evaluated(0.9f) == 8 * 80 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
+    CHECK(evaluated(1e-2f) == 8 * 80 * 512); // 0.99^458 is the last above a hundredth
 }
 
 TEST_CASE("a setup's own blending is what the mesh composites by, run by workers or whole")

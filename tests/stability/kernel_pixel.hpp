@@ -20,8 +20,8 @@ public:
         for (float& c : splat_.colour) c = grey;
         chunk_.take(0, splat_);
         std::uint32_t const first_row = 1u << detail::Hit::limits_at | 1u << detail::Hit::strips_at; // rows [0, 1), first strip
-        std::uint32_t const hits[2] = {first_row, 0};
-        using Blend = detail::BlendBlock<detail::EachPair, detail::StopEachPixel>;
+        std::uint32_t const hits[1] = {first_row};
+        using Blend = detail::BlendBlock<detail::StopEachPixel>;
         detail::SetOf<detail::lanes_in_use>{}.template call<Blend>(block_, chunk_, &hits[0], 1u, place_, rules_, limits_);
     }
     float transmittance() const { return block_.transmittance[0][0]; }

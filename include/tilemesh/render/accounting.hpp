@@ -15,7 +15,7 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 struct TileSums {
     std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, copies = 0;
     std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
-    std::uint64_t blocks = 0, contributing = 0;
+    std::uint64_t evaluated = 0, contributing = 0;
     static constexpr std::size_t words = 12; ///< all members are words of 8 bytes
 
     void add(splat::Counts const& c, splat::Work const& w) noexcept
@@ -31,7 +31,7 @@ struct TileSums {
         copies_full += c.copies_full;
         copies_refused += c.copies_refused;
         for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
-            blocks += w.blocks[i];
+            evaluated += w.evaluated[i];
             contributing += w.contributing[i];
         }
     }
@@ -52,7 +52,7 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     r.hops = sums.hops;
     r.copies = sums.copies;
     r.refused = {sums.channel_full, sums.no_credit, sums.storage_full, sums.copies_full, sums.copies_refused};
-    r.pairs = sums.blocks * splat::block_width * splat::block_height;
+    r.pairs = sums.evaluated * splat::pairs_a_count;
     r.pairs_contributing = sums.contributing;
     // A step that the setup leaves out counts 0.
     auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };

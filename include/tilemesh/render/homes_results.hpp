@@ -18,7 +18,7 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The sums of the tiles' counters in a run of the program of homes.
 struct HomesSums {
-    std::uint64_t visible = 0, hops = 0, asked = 0, arrived = 0, sent = 0, refused = 0, channel_full = 0, no_credit = 0, strips = 0,
+    std::uint64_t visible = 0, hops = 0, asked = 0, arrived = 0, sent = 0, refused = 0, channel_full = 0, no_credit = 0, evaluated = 0,
                   contributing = 0;
 
     void add(splat::homes::Counts const& c, splat::homes::Work const& w) noexcept
@@ -32,7 +32,7 @@ struct HomesSums {
         channel_full += c.channel_full;
         no_credit += c.no_credit;
         for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
-            strips += w.strips[i];
+            evaluated += w.evaluated[i];
             contributing += w.contributing[i];
         }
     }
@@ -54,7 +54,7 @@ void account(RunCounters const& run, HomesSums const& sums, report::FrameReport&
     r.homes.rounds += run.loops[0].rounds;
     r.refused.channel_full += sums.channel_full;
     r.refused.no_credit += sums.no_credit;
-    r.pairs += sums.strips * splat::homes::strip_pairs;
+    r.pairs += sums.evaluated * splat::homes::pairs_a_count;
     r.pairs_contributing += sums.contributing;
     r.digests.insert(r.digests.end(), run.digests.begin(), run.digests.end());
     using namespace splat;

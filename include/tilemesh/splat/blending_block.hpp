@@ -104,105 +104,31 @@ TILEMESH_KERNEL Floats<N> opacity_of(Chunk<Size> const& c, std::uint32_t i, Word
     return offset < static_cast<std::uint32_t>(c.x1[i] - c.x0[i]) ? broadcast<N>(c.opacity[i]) : broadcast<N>(-1.0f);
 }
 
-/// alpha in the first row of a block, and the ratio of the second row to the first.
-template <std::uint32_t N>
-struct FirstRow {
-    Floats<N> alpha, ratio;
-};
-/// The first row of a block for one splat. If the splat is not tame, the result has no meaning.
-template <class Rule, std::uint32_t N, std::uint32_t Size>
-TILEMESH_KERNEL FirstRow<N> first_row(Chunk<Size> const& c, std::uint32_t hit, BlockPlace const& at, Floats<N> const& xs,
-                                      Words<N> const& columns) noexcept
-{
-    std::uint32_t const i = hit & Hit::number;
-    float const across = c.across2[i], along = c.along2[i];
-    Floats<N> const dx = xs - c.mean_x[i];
-    Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-c.slope[i]), dx, broadcast<N>(at.ys[0] - c.mean_y[i]));
-    Floats<N> const u = across * off;
-    Floats<N> const power = multiply_add_lanes<N>(along * dx, dx, u * off), rise = u + u + across;
-    auto const lowest = broadcast<N>(-126.0f);
-    return {opacity_of<N>(c, i, columns) * power_of_two<Rule::degree, N>(power > lowest ? power : lowest),
-            power_of_two<Rule::degree, N>(rise > lowest ? rise : lowest)};
-}
-
-/// alpha in all rows of a block, for splats that do not recur.
+/// alpha in all rows of a block.
 template <std::uint32_t N>
 struct AllRows {
     Floats<N> alpha[block_height];
 };
-/// The most splats of one run that do not recur.
-inline constexpr std::uint32_t most_apart = 8;
 
-/// alpha of one splat in the columns of a vector, pair by pair. It is called, not inlined, so that the loop over the splats has all
-/// registers.
-struct EvaluateApart {
-    template <class Set, std::uint32_t N, std::uint32_t Size>
-    TILEMESH_KERNEL static void run(AllRows<N>& rows, Chunk<Size> const& c, std::uint32_t i, BlockPlace const& at, std::uint32_t column,
-                                    Rules const& m) noexcept
-    {
-        Floats<N> const dx = load<N>(at.xs + column) - c.mean_x[i];
-        auto const opacity = opacity_of<N>(c, i, counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column)));
-        float const lowest = lowest_power_for(m.alpha_min);
-        rows.alpha[0] = alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-        rows.alpha[1] = alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-        rows.alpha[2] = alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-        rows.alpha[3] = alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-        rows.alpha[4] = alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest);
-    }
-};
-
-/// Blends the splats of `hits` into N columns. `apart`: alpha of those that do not recur, in their order.
-template <class Rule, class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
+/// Blends the splats of `hits` into N columns.
+template <class Stop, std::uint32_t N, bool HasDepth, std::uint32_t Size>
 TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
-                                BlockPlace const& at, std::uint32_t column, Rules const& m, RowLimits const& limits,
-                                [[maybe_unused]] AllRows<N> const* apart) noexcept
+                                BlockPlace const& at, std::uint32_t column, Rules const& m, RowLimits const& limits) noexcept
 {
     static_assert(block_height == 5, "the rows below are written out: a loop would leave the registers");
     auto const xs = load<N>(at.xs + column);
     Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
-    if constexpr (Rule::recurs) {
-        // The next splat's exponentials are computed while this splat's rows are blended: the rows are a dependency chain of 80 cycles.
-        auto now = first_row<Rule, N>(c, hits[0], at, xs, columns);
-        for (std::uint32_t h = 0; h < n; ++h) {
-            auto const next = first_row<Rule, N>(c, hits[h + 1], at, xs, columns);
-            std::uint32_t const i = hits[h] & Hit::number;
-            auto const l = colour_of<HasDepth, N>(c, i);
-            float const* const least = limits.of(hits[h] >> Hit::limits_at);
-            if ((hits[h] & Hit::recurs) != 0) {
-                Floats<N> const q = broadcast<N>(c.q[i]);
-                Floats<N> alpha = now.alpha, ratio = now.ratio;
-                blend_row<Stop, 0, N>(s, alpha, m, least, l);
-                alpha = alpha * ratio, ratio = ratio * q;
-                blend_row<Stop, 1, N>(s, alpha, m, least, l);
-                alpha = alpha * ratio, ratio = ratio * q;
-                blend_row<Stop, 2, N>(s, alpha, m, least, l);
-                alpha = alpha * ratio, ratio = ratio * q;
-                blend_row<Stop, 3, N>(s, alpha, m, least, l);
-                alpha = alpha * ratio;
-                blend_row<Stop, 4, N>(s, alpha, m, least, l);
-            } else {
-                auto const& alpha = (apart++)->alpha;
-                blend_row<Stop, 0, N>(s, alpha[0], m, least, l);
-                blend_row<Stop, 1, N>(s, alpha[1], m, least, l);
-                blend_row<Stop, 2, N>(s, alpha[2], m, least, l);
-                blend_row<Stop, 3, N>(s, alpha[3], m, least, l);
-                blend_row<Stop, 4, N>(s, alpha[4], m, least, l);
-            }
-            now = next;
-        }
-    } else {
-        float const lowest = lowest_power_for(m.alpha_min);
-        for (std::uint32_t h = 0; h < n; ++h) {
-            std::uint32_t const i = hits[h] & Hit::number;
-            auto const l = colour_of<HasDepth, N>(c, i);
-            float const* const least = limits.of(hits[h] >> Hit::limits_at);
-            Floats<N> const dx = xs - c.mean_x[i], opacity = opacity_of<N>(c, i, columns);
-            blend_row<Stop, 0, N>(s, alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
-            blend_row<Stop, 1, N>(s, alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
-            blend_row<Stop, 2, N>(s, alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
-            blend_row<Stop, 3, N>(s, alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
-            blend_row<Stop, 4, N>(s, alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
-        }
+    float const lowest = lowest_power_for(m.alpha_min);
+    for (std::uint32_t h = 0; h < n; ++h) {
+        std::uint32_t const i = hits[h] & Hit::number;
+        auto const l = colour_of<HasDepth, N>(c, i);
+        float const* const least = limits.of(hits[h] >> Hit::limits_at);
+        Floats<N> const dx = xs - c.mean_x[i], opacity = opacity_of<N>(c, i, columns);
+        blend_row<Stop, 0, N>(s, alpha_of_row<0, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+        blend_row<Stop, 1, N>(s, alpha_of_row<1, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+        blend_row<Stop, 2, N>(s, alpha_of_row<2, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+        blend_row<Stop, 3, N>(s, alpha_of_row<3, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
+        blend_row<Stop, 4, N>(s, alpha_of_row<4, N>(c, i, at, dx, opacity, m.alpha_max, lowest), m, least, l);
     }
 }
 
@@ -246,7 +172,7 @@ TILEMESH_KERNEL void blend_known_rows(AnyBlock& block, Chunk<Size> const& c, std
 }
 /// `blend_columns`, with the same bits, for a target with few registers: first the alphas of all splats, then the rows, two at a time. A
 /// splat whose alpha is below the cut in all pixels of the two rows adds nothing to them, so leaving it out there changes no bit.
-template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+template <class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
                                            BlockPlace const& at, std::uint32_t column, Rules const& m, RowLimits const& limits,
                                            std::uint32_t (&contributing)[N]) noexcept
@@ -254,24 +180,18 @@ TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c
     static_assert(block_height == 5, "the groups of rows are written out");
     auto const xs = load<N>(at.xs + column);
     Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
+    float const lowest = lowest_power_for(m.alpha_min);
     AllRows<N> alphas[blended_between_looks];
     std::uint32_t listed[3][blended_between_looks], counts[3] = {};
     for (std::uint32_t h = 0; h < n; ++h) {
         auto& alpha = alphas[h].alpha;
-        if (Rule::recurs && (hits[h] & Hit::recurs) != 0) {
-            if constexpr (Rule::recurs) {
-                auto const first = first_row<Rule, N>(c, hits[h], at, xs, columns);
-                Floats<N> const q = broadcast<N>(c.q[hits[h] & Hit::number]);
-                Floats<N> ratio = first.ratio;
-                alpha[0] = first.alpha;
-                alpha[1] = alpha[0] * ratio, ratio = ratio * q;
-                alpha[2] = alpha[1] * ratio, ratio = ratio * q;
-                alpha[3] = alpha[2] * ratio, ratio = ratio * q;
-                alpha[4] = alpha[3] * ratio;
-            }
-        } else {
-            Set::template call<EvaluateApart>(alphas[h], c, hits[h] & Hit::number, at, column, m);
-        }
+        std::uint32_t const number = hits[h] & Hit::number;
+        Floats<N> const dx = xs - c.mean_x[number], opacity = opacity_of<N>(c, number, columns);
+        alpha[0] = alpha_of_row<0, N>(c, number, at, dx, opacity, m.alpha_max, lowest);
+        alpha[1] = alpha_of_row<1, N>(c, number, at, dx, opacity, m.alpha_max, lowest);
+        alpha[2] = alpha_of_row<2, N>(c, number, at, dx, opacity, m.alpha_max, lowest);
+        alpha[3] = alpha_of_row<3, N>(c, number, at, dx, opacity, m.alpha_max, lowest);
+        alpha[4] = alpha_of_row<4, N>(c, number, at, dx, opacity, m.alpha_max, lowest);
         float const* const least = limits.of(hits[h] >> Hit::limits_at);
         for (std::uint32_t group = 0; group < 3; ++group) listed[group][counts[group]] = h; // no branch: a predictor cannot know the splats
         counts[0] += any_lane<N>((alpha[0] >= least[0]) | (alpha[1] >= least[1]));
@@ -286,16 +206,10 @@ TILEMESH_KERNEL void blend_columns_by_rows(AnyBlock& block, Chunk<Size> const& c
 }
 
 /// Blends the splats of `hits` into N columns of a block. `contributing[i]`: the pairs of column i that contributed.
-template <class Rule, class Stop, class Set, std::uint32_t N, class AnyBlock, std::uint32_t Size>
+template <class Stop, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
                                    std::uint32_t column, Rules const& m, RowLimits const& limits, std::uint32_t (&contributing)[N]) noexcept
 {
-    AllRows<N> apart[Rule::recurs ? most_apart : 1];
-    if constexpr (Rule::recurs) {
-        std::uint32_t count = 0;
-        for (std::uint32_t h = 0; h < n; ++h)
-            if ((hits[h] & Hit::recurs) == 0) Set::template call<EvaluateApart>(apart[count++], c, hits[h] & Hit::number, at, column, m);
-    }
     Strip<N, AnyBlock::has_depth> s;
     s.contributing = Words<N>{};
     for (std::uint32_t k = 0; k < block_height; ++k) {
@@ -305,7 +219,7 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
         s.b[k] = load<N>(block.blue[k] + column);
         if constexpr (AnyBlock::has_depth) s.w[k] = load<N>(block.weight[k] + column), s.z[k] = load<N>(block.depth[k] + column);
     }
-    blend_hits<Rule, Stop, N>(s, c, hits, n, at, column, m, limits, apart);
+    blend_hits<Stop, N>(s, c, hits, n, at, column, m, limits);
     for (std::uint32_t k = 0; k < block_height; ++k) {
         store(block.transmittance[k] + column, s.t[k]);
         store(block.red[k] + column, s.r[k]);
@@ -317,11 +231,11 @@ TILEMESH_KERNEL void blend_columns(AnyBlock& block, Chunk<Size> const& c, std::u
 }
 
 /// The hits of a run that touch a strip, N columns of a block. A splat adds nothing to columns outside its rectangle, so leaving it out there
-/// changes no bit. One word more is read ahead.
+/// changes no bit.
 template <std::uint32_t N>
 struct StripHits {
     std::uint32_t count;
-    std::uint32_t hits[blended_between_looks + 1];
+    std::uint32_t hits[blended_between_looks];
     StripHits(std::uint32_t const* run, std::uint32_t n, std::uint32_t column) noexcept
     {
         std::uint32_t listed = 0;
@@ -329,7 +243,6 @@ struct StripHits {
             hits[listed] = run[h];
             listed += run[h] >> (Hit::strips_at + column / N) & 1u;
         }
-        hits[listed] = 0;
         count = listed;
     }
 };
@@ -340,9 +253,9 @@ struct StripHits<block_width> {
     StripHits(std::uint32_t const* run, std::uint32_t n, std::uint32_t) noexcept : count(n), hits(run) {}
 };
 
-/// Blends the splats of `hits`, a run (`run_length`), into a block. Returns the number of pairs that contributed. Each rule has its own
-/// function, so that each can use all registers.
-template <class Rule, class Stop>
+/// Blends the splats of `hits`, at most blended_between_looks, into a block. Returns the number of pairs that contributed. Each rule has its
+/// own function, so that each can use all registers.
+template <class Stop>
 struct BlendBlock {
     template <class Set, class AnyBlock, std::uint32_t Size>
     TILEMESH_KERNEL static std::uint32_t run(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
@@ -357,9 +270,9 @@ struct BlendBlock {
             if (strip.count == 0) continue;
             std::uint32_t counts[N];
             if constexpr (Set::blends_rows_apart)
-                blend_columns_by_rows<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
+                blend_columns_by_rows<Stop, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
             else
-                blend_columns<Rule, Stop, Set, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
+                blend_columns<Stop, N>(block, c, strip.hits, strip.count, at, column, m, limits, counts);
             for (std::uint32_t one : counts) contributing += one;
         }
         return contributing;
@@ -384,8 +297,17 @@ TILEMESH_KERNEL void fetch_part_ahead(std::uint32_t begin, std::uint32_t n, std:
     std::uint32_t const first = begin + Size * part / parts, last = begin + Size * (part + 1) / parts;
     fetch_ahead(first, last < n ? last : n, at);
 }
+/// Tells the host's caches that pixels [x0, x1) of a row are written soon.
+template <class Pixel>
+void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
+{
+    constexpr std::uint32_t line_px = sizeof(Pixel) < 64 ? 64 / sizeof(Pixel) : 1; // a cache line, rounded down
+    for (std::uint32_t x = x0; x < x1; x += line_px) __builtin_prefetch(row + x, 1);
+    __builtin_prefetch(row + (x1 - 1), 1);
+}
+
 /// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
-template <class Rule, class Set, std::uint32_t Size, class SplatAt>
+template <class Set, std::uint32_t Size, class SplatAt>
 TILEMESH_KERNEL std::uint32_t fill(Set const& set, Chunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
 {
     std::uint32_t const most = n - begin < Size ? n - begin : Size, N = set.lanes();
@@ -393,20 +315,7 @@ TILEMESH_KERNEL std::uint32_t fill(Set const& set, Chunk<Size>& chunk, std::uint
     for (; Set::most_lanes >= 4 && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
     for (; i < most; ++i) chunk.take(i, at(begin + i));
     for (i = most; i < (most + N - 1) / N * N; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
-    set.template call<CompleteChunk<Rule>>(chunk, most);
-    return most;
-}
-
-/// The number of splats at the front of `hits`, at most `most`, of which at most `most_apart` do not recur.
-template <class Rule>
-std::uint32_t run_length(std::uint32_t const* hits, std::uint32_t most) noexcept
-{
-    if constexpr (!Rule::recurs) return most;
-    std::uint32_t apart = 0;
-    for (std::uint32_t n = 0; n < most; ++n) {
-        apart += (hits[n] & Hit::recurs) == 0 ? 1u : 0u;
-        if (apart > most_apart) return n;
-    }
+    set.template call<CompleteChunk>(chunk, most);
     return most;
 }
 

@@ -18,8 +18,6 @@ struct alignas(vector_bytes) Chunk {
     float red[size], green[size], blue[size], depth[size];
     float faintest[size];
     float steepest[size]; ///< across slope / (along + across slope^2): times y, the x of the best point on a horizontal edge
-    float q[size];        ///< 2^(2 across) of the recurrence
-    float along2[size], across2[size]; ///< along and across for powers of two
     std::int32_t x0[size], x1[size], y0[size], y1[size];
 
     void take(std::uint32_t i, Splat const& s) noexcept
@@ -63,19 +61,12 @@ struct alignas(vector_bytes) Chunk {
         store(y1 + i, Words<4>(rows >> 16 & 0xffff));
     }
     /// Computes the fields that follow from others, for the first n splats and for the splats that fill their last lanes.
-    template <class Rule, std::uint32_t N>
+    template <std::uint32_t N>
     TILEMESH_KERNEL void complete(std::uint32_t n) noexcept
     {
-        constexpr float log2_e = 1.44269504088896341f, two_log2_e = 2 * log2_e;
         for (std::uint32_t i = 0; i < n; i += N) {
             Floats<N> const k = load<N>(slope + i), steep = load<N>(across + i) * k;
             store(steepest + i, Floats<N>(steep / (load<N>(along + i) + steep * k)));
-            if constexpr (Rule::recurs) {
-                Floats<N> const exponent = load<N>(across + i) * two_log2_e; // never above 0
-                store(along2 + i, Floats<N>(load<N>(along + i) * log2_e));
-                store(across2 + i, Floats<N>(load<N>(across + i) * log2_e));
-                store(q + i, power_of_two<Rule::degree, N>(exponent > -126.0f ? exponent : broadcast<N>(-126.0f)));
-            }
         }
     }
 };
@@ -133,24 +124,6 @@ TILEMESH_KERNEL Words<N> reaches(Chunk<Size> const& c, std::uint32_t i, Floats<N
                       x0, x1, y0, y1);
 }
 
-/// Is the splat tame in a block (blending_rules.hpp)? The ratio of the first two rows is 2 to a power that is linear in the column, so its
-/// extremes are at the two ends. A splat that alpha_max would clamp is not tame, because a clamped value has no constant ratio. NaN says
-/// no.
-template <std::uint32_t N, std::uint32_t Size>
-TILEMESH_KERNEL Words<N> is_tame(Chunk<Size> const& c, std::uint32_t i, Floats<N> const& x0, Floats<N> const& x1,
-                                 Floats<N> const& y0, float alpha_max) noexcept
-{
-    auto const slope = load<N>(c.slope + i), across = load<N>(c.across2 + i);
-    auto const across0 = slope * x0, across1 = slope * x1, off0 = y0 - across0, off1 = y0 - across1;
-    auto const least = off0 < off1 ? off0 : off1; // across is negative: the rise is steepest where `off` is least
-    auto const rise = across * (least + least + 1.0f);
-    // The rise from the first row to row k is k rise + k (k - 1) across.
-    return (rise < steepest_rise) & (2.0f * (rise + across) < steepest_rise) & (3.0f * (rise + 2.0f * across) < steepest_rise) &
-           (4.0f * (rise + 3.0f * across) < steepest_rise) & (magnitude<N>(y0) < farthest_px) &
-           (magnitude<N>(across0) < farthest_px) & (magnitude<N>(across1) < farthest_px) &
-           (load<N>(c.opacity + i) <= alpha_max * below_the_clamp);
-}
-
 /// The rows of a block that a splat covers, for each range [first, last) of rows: all bits of a covered row are set, none of the others.
 struct CoveredRows {
     static constexpr std::uint32_t patterns = (block_height + 1) * (block_height + 1);
@@ -185,10 +158,10 @@ struct alignas(vector_bytes) BlockPlace {
     std::int32_t column, row;           ///< position of the block's first pixel
 };
 
-/// A splat that a block blends, as one word: its number in the chunk, a bit that allows the recurrence, a bit for each strip of columns
-/// that its rectangle touches, and the number of its RowLimits.
+/// A splat that a block blends, as one word: its number in the chunk, a bit for each strip of columns that its rectangle touches, and the
+/// number of its RowLimits.
 struct Hit {
-    static constexpr std::uint32_t number = 0xffu, recurs = 0x100u, strips_at = 9, limits_at = 26;
+    static constexpr std::uint32_t number = 0xffu, strips_at = 9, limits_at = 26;
 };
 static_assert(Hit::strips_at + block_width <= Hit::limits_at && CoveredRows::patterns <= 1u << (32 - Hit::limits_at), "a hit is one word");
 
@@ -205,22 +178,19 @@ TILEMESH_KERNEL Words<N> touched_strips(Words<N> const& x0, Words<N> const& x1) 
 }
 
 /// Completes a chunk (`Chunk::complete`) with a set of instructions.
-template <class Rule>
 struct CompleteChunk {
     template <class Set, std::uint32_t Size>
     TILEMESH_KERNEL static void run(Chunk<Size>& chunk, std::uint32_t n) noexcept
     {
-        chunk.template complete<Rule, Set::most_lanes>(n);
+        chunk.template complete<Set::most_lanes>(n);
     }
 };
 
 /// Lists the splats of a chunk that a pixel of the block may see, and returns their number. `hits` must have room for Set::most_lanes more
 /// than n.
-template <class Rule>
 struct ListHits {
     template <class Set, std::uint32_t Size>
-    TILEMESH_KERNEL static std::uint32_t run(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, float alpha_max,
-                                             std::uint32_t* hits) noexcept
+    TILEMESH_KERNEL static std::uint32_t run(Chunk<Size> const& c, std::uint32_t n, BlockPlace const& at, std::uint32_t* hits) noexcept
     {
         constexpr std::uint32_t N = Set::most_lanes;
         constexpr std::int32_t rows = static_cast<std::int32_t>(block_height);
@@ -239,7 +209,6 @@ struct ListHits {
             last = last < rows ? last : broadcast_word<N>(rows);
             Words<N> entry = number | (first * (rows + 1) + last) << static_cast<std::int32_t>(Hit::limits_at);
             if constexpr (N < block_width) entry |= touched_strips<N>(from, to);
-            if constexpr (Rule::recurs) entry |= is_tame<N>(c, i, x0, x1, y0, alpha_max) & static_cast<std::int32_t>(Hit::recurs);
             if constexpr (Set::compresses) {
                 store(entries + i, entry);
                 store(listed + i, seen);
@@ -248,7 +217,6 @@ struct ListHits {
             }
         }
         if constexpr (Set::compresses) count = Set::compress(hits, entries, listed, n);
-        hits[count] = 0; // read ahead by the recurrence, never blended
         return count;
     }
 };

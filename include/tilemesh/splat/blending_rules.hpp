@@ -3,8 +3,8 @@
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
 
-/// The rules that the block loop (blending_block.hpp) takes as types: how it evaluates a pair of a splat and a pixel, and when a pixel
-/// stops.
+/// The rules that blending takes as types: how it evaluates a pair of a splat and a pixel, and when a pixel stops. `precise` blends blocks
+/// (blending_block.hpp), `fast` blends cells (blending_cells.hpp).
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
@@ -12,6 +12,10 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The size of a block, in pixels.
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
+/// The size of a cell, in pixels.
+inline constexpr std::uint32_t cell_width = 8, cell_height = 4;
+/// Evaluated pairs are counted in units of this many, so that 32 bits hold a whole frame. Blocks and cells are whole units.
+inline constexpr std::uint32_t pairs_a_count = 16;
 
 namespace detail {
 /// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
@@ -19,30 +23,18 @@ inline constexpr std::uint32_t vector_bytes = most_native_lanes * sizeof(float);
 
 /// Evaluates every pair on its own, as the naive loop does. The bits are those of the naive loop.
 struct EachPair {
-    static constexpr bool recurs = false;
+    static constexpr bool in_cells = false;
     using Denormals = DenormalsAsTheyAre; // lowest_power_for keeps alpha normal
 };
-/// Evaluates a column of the block by recurrence: two exponentials for five rows. Down a column alpha is a Gaussian of the row, so each
-/// ratio of two neighbours is the previous ratio times a constant q = 2^(2 across). `Degree` is the degree of the polynomial for 2^x.
-/// Splats that are not tame in a block are evaluated pair by pair.
+/// Evaluates a column of a cell by recurrence: two powers for four rows. `Degree` is the degree of the polynomial for 2^x.
 template <int Degree>
 struct Recurrence {
-    static constexpr bool recurs = true;
+    static constexpr bool in_cells = true;
     /// A column far from a small splat leaves the normal numbers, in its first row or below it. Its alpha is below the cut, whether it is
     /// denormal or 0.
     using Denormals = DenormalsAreZero;
     static constexpr int degree = Degree;
 };
-/// A splat is tame in a block if alpha rises by less than 2^steepest_rise from the first row to any other row. The exponent of the first
-/// row is clamped at -126. If the clamp changes a column, alpha is below 2^(steepest_rise - 126) = 2^-14 in each row of the column. That is
-/// below `faintest_cut`, and the recurrence keeps it below. In all other columns nothing is clamped, and the rounding of an exponent of 126
-/// is 2^-18 of the value.
-inline constexpr float steepest_rise = 112.0f;
-/// The second condition of a tame splat: each term of the distance across the splat is at most this many pixels. For a needle whose mean is
-/// far from the frame, the distance may consist of the rounding errors of its terms, and these differ from row to row.
-inline constexpr float farthest_px = 512.0f;
-/// alpha of a tame splat is below its opacity by more than the error of the recurrence, 2^-16. So alpha exceeds neither alpha_max nor 1.
-inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 using FastRule = Recurrence<5>;
 
 /// A pixel stops when its own transmittance is below the limit: Stop::after_crossing.
@@ -51,10 +43,12 @@ struct StopEachPixel {
 };
 /// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat: Stop::before_crossing,
 /// the rule of 3D Gaussian Splatting. One rounding decides whether (tests/stability/opacity.cpp, rows 45 and 46). A stopped pixel keeps its
-/// transmittance with the sign turned.
+/// transmittance with the sign turned in a block.
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };
+/// The rule that the model asks for, chosen batch by batch of a cell: so only the loops over pixels are there twice.
+struct StopAsAsked {};
 
 /// Coefficient k of the polynomial for 2^x. The polynomials have the least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6
 /// at degree 4, 7.5e-8 at degree 5, before rounding.

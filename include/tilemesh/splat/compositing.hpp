@@ -16,7 +16,7 @@ struct Composite {
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
         auto const at = AccessOf<S>::in_order(*frame, splats.begin(), order.begin());
         auto const pairs = S::Blending::tile(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, worker);
-        work.blocks[worker.index] = pairs.blocks;
+        work.evaluated[worker.index] = pairs.evaluated;
         work.contributing[worker.index] = pairs.contributing;
     }
 
@@ -24,9 +24,9 @@ struct Composite {
     static Operations operations(Framebuffer<S> const& framebuffer, Work const& work, Worker worker) noexcept
     {
         std::uint32_t most = 0;
-        for (std::uint32_t w = 0; w < worker.count; ++w) most = work.blocks[w] > most ? work.blocks[w] : most;
+        for (std::uint32_t w = 0; w < worker.count; ++w) most = work.evaluated[w] > most ? work.evaluated[w] : most;
         Operations o;
-        o[Operation::pair] = times(most, worker.count * block_width * block_height);
+        o[Operation::pair] = times(most, worker.count * pairs_a_count);
         o[Operation::pixel] = framebuffer.size();
         return o;
     }
@@ -43,7 +43,7 @@ struct Composite {
             PairCount pairs[Work::max_workers] = {};
             S::Blending::whole(tile, *frame, order.size(), at, framebuffer.begin(), tile.x1 - tile.x0, pairs, worker.count);
             for (std::uint32_t w = 0; w < worker.count; ++w) {
-                work.blocks[w] = pairs[w].blocks;
+                work.evaluated[w] = pairs[w].evaluated;
                 work.contributing[w] = pairs[w].contributing;
             }
         }
@@ -54,8 +54,8 @@ struct Composite {
 /// Blends the tile's pixels front to back (blending.hpp), in the order that DepthSort made.
 ///
 /// Requires a framebuffer with the tile's pixels; the host sizes it when it sets the tiling. The kernel runs on all workers. Each worker
-/// takes whole blocks, so the workers write disjoint pixels. Cost: no exchange; 80 pairs for each splat that may be visible in a block,
-/// until all pixels of the block have stopped.
+/// takes whole blocks or cells, so the workers write disjoint pixels. Cost: no exchange; 80 pairs (`precise`) or 32 pairs (`fast`) for each
+/// splat that may be visible in a block or cell, until all its pixels have stopped.
 ///
 /// A host that moves references may let a tile keep its pixels and its counters of pairs, if both are known to be those of the last frame
 /// (render/kept_pixels.hpp). No word of the tile shows that it did.

@@ -10,7 +10,7 @@ namespace detail {
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 /// The bounds within which e^x is a normal number.
 inline constexpr float lowest_power = -87.0f, highest_power = 88.0f;
-/// alpha may be cut at this value or above: in the recurrence (blending_rules.hpp), and for `lowest_power_for`.
+/// alpha may be cut at this value or above: in the recurrence (blending_cells.hpp), and for `lowest_power_for`.
 inline constexpr float faintest_cut = 0x1p-13f;
 /// `exponential`, lane by lane.
 template <std::uint32_t N>

@@ -170,6 +170,18 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const
 #endif
 }
 
+/// The same with one number for all lanes. GCC 12 makes a broadcast of a product's factor, but fills the lanes one by one where a whole vector is
+/// asked for in a function that has more lanes than the compiler was called for.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> multiply_add_lanes(float a, Floats<N> const& b, Floats<N> const& c) noexcept
+{
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
+    return multiply_add_lanes<N>(broadcast<N>(a), b, c);
+#else
+    return a * b + c;
+#endif
+}
+
 /// While an object of this class lives, its thread takes denormal numbers for 0. Then the thread has the caller's mode again, and in addition
 /// the exception flags that the work raised. It does nothing on a target that it does not know. Do not copy it.
 class DenormalsAreZero {

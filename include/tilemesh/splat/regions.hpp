@@ -153,12 +153,12 @@ struct OwedCopies {
     std::uint32_t first;         ///< 1 until bloom has run once in this frame, because mail is then older than the view; 0 outside the picture
 };
 
-/// The Gaussian-pixel pairs, counted by each worker on its own. `blocks` counts whole blocks, so that 32 bits hold any frame.
+/// The Gaussian-pixel pairs, counted by each worker on its own.
 struct Work {
     static constexpr char const* name = "pair counters";
     static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t blocks[max_workers];
-    std::uint32_t contributing[max_workers];
+    std::uint32_t evaluated[max_workers];    ///< in units of pairs_a_count, so that 32 bits hold any frame
+    std::uint32_t contributing[max_workers]; ///< pairs
 };
 
 // --- channels ------------------------------------------------------------------------------------------------------------

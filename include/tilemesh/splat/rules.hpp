@@ -16,7 +16,7 @@ enum class Footprint : std::uint8_t {
 /// The way in which alpha is computed.
 enum class Arithmetic : std::uint8_t {
     precise, ///< each Gaussian-pixel pair on its own: bit-identical to the naive loop
-    fast     ///< by recurrence down a column of 5 pixels: within 2e-5 of alpha, bit-identical over tilings, engines and threads
+    fast     ///< by recurrence down a column of 4 pixels: within 2e-5 of alpha, bit-identical over tilings, engines and threads
 };
 
 /// The term at which a pixel is finished.

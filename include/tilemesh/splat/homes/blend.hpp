@@ -1,10 +1,11 @@
 #pragma once
 #include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/cell_tiles.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 
 /// Blends a window's splats into the blocks that a tile keeps. The arithmetic, and every bit, is that of blending.hpp: a pixel sees the
-/// operations of one long list, whatever rounds cut it into.
+/// operations of one long list, whatever rounds cut it into. `fast` blends the cells that a block touches.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
@@ -59,9 +60,9 @@ TILEMESH_KERNEL std::uint32_t strips_of(Worker worker, std::uint32_t number) noe
     return strips;
 }
 
-/// Blends the splats of `hits`, a run (`run_length`), into those columns of a block that have one of `strips`. Adds the pairs that contributed to
-/// `contributing`, strip by strip. Each rule has its own function, so that each can use all registers.
-template <class Rule, class Stop>
+/// Blends the splats of `hits`, at most blended_between_looks, into those columns of a block that have one of `strips`. Adds the pairs that
+/// contributed to `contributing`, strip by strip. Each rule has its own function, so that each can use all registers.
+template <class Stop>
 struct BlendStrips {
     template <class Set, class Kept, std::uint32_t Size>
     TILEMESH_KERNEL static void run(Kept& kept, Chunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, BlockPlace const& at,
@@ -77,7 +78,7 @@ struct BlendStrips {
             StripHits<N> const strip(hits, n, column);
             if (strip.count == 0) continue;
             std::uint32_t counts[N];
-            blend_columns<Rule, Stop, Set, N>(kept, c, strip.hits, strip.count, at, column, m, limits, counts);
+            blend_columns<Stop, N>(kept, c, strip.hits, strip.count, at, column, m, limits, counts);
             for (std::uint32_t i = 0; i < N; ++i) contributing[(column + i) / strip_width] += counts[i];
         }
     }
@@ -86,8 +87,8 @@ struct BlendStrips {
 /// Blends n splats, front to back, into the strips that are the share of `worker`, N columns at a time. With more than one worker, N is the
 /// width of a strip, so that a worker writes only its own strips. With one worker, a stopped strip may be blended beside one that goes on; it
 /// changes no bit.
-template <class Rule, class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
-void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
+template <class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+[[gnu::noinline]] void blend_kept_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
                    std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     struct Open {
@@ -95,12 +96,11 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         Kept* kept;
         std::uint32_t number, going, blended;
     };
-    typename Rule::Denormals const denormals;
     RowLimits const limits{rules.alpha_min};
     SetOf<N> const set{};
     Open group[Group];
     Chunk<Size> chunk;
-    std::uint32_t hits[Size + SetOf<N>::most_lanes]; // one is read ahead
+    std::uint32_t hits[Size + SetOf<N>::most_lanes];
     std::uint32_t const all = fold.tile_blocks();
     for (std::uint32_t next = 0; next < all;) {
         std::uint32_t open = 0;
@@ -119,21 +119,19 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         std::uint32_t going = open;
         if (open != 0) fetch_ahead(0, n < Size ? n : Size, at);
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const most = fill<Rule>(set, chunk, begin, n, at);
+            std::uint32_t const most = fill(set, chunk, begin, n, at);
             for (std::uint32_t g = 0; g < open; ++g) {
                 auto& b = group[g];
                 fetch_part_ahead<Size>(begin + Size, n, g, open, at);
                 if (b.going == 0) continue;
-                std::uint32_t const count = set.template call<ListHits<Rule>>(chunk, most, b.at, rules.alpha_max, &hits[0]);
+                std::uint32_t const count = set.template call<ListHits>(chunk, most, b.at, &hits[0]);
                 std::uint32_t contributing[strips_a_block] = {};
                 for (std::uint32_t done = 0; done < count && b.going != 0;) {
                     std::uint32_t part = blended_between_looks - b.blended % blended_between_looks;
                     if (part > count - done) part = count - done;
-                    std::uint32_t const* const run = hits + done;
-                    part = run_length<Rule>(run, part);
-                    set.template call<BlendStrips<Rule, Stop>>(*b.kept, chunk, run, part, b.at, b.going, rules, limits, contributing);
+                    set.template call<BlendStrips<Stop>>(*b.kept, chunk, hits + done, part, b.at, b.going, rules, limits, contributing);
                     for (std::uint32_t s = 0; s < strips_a_block; ++s)
-                        if ((b.going >> s & 1u) != 0) work.strips[(b.number * strips_a_block + s) % workers] += part;
+                        if ((b.going >> s & 1u) != 0) work.evaluated[(b.number * strips_a_block + s) % workers] += part * (strip_width * block_height / pairs_a_count);
                     done += part;
                     b.blended += part;
                     if (b.blended % blended_between_looks == 0) {
@@ -147,23 +145,130 @@ void blend_kept_by(Kept* blocks, Fold const& fold, TileId tile, Camera const& ca
         }
     }
 }
+
+/// A block is two cells wide; its five rows touch two rows of cells.
+inline constexpr std::uint32_t cells_across = block_width / cell_width, bands_a_block = 2, strips_a_cell = cell_width / strip_width;
+static_assert(block_height > 1 && block_height <= cell_height + 1,
+              "wherever a block begins, it touches at most two rows of cells");
+
+/// Counts the pairs of kept cells, strip by strip. `OpenCell::number` is the number of the first strip.
+struct StripTally {
+    Work* work;
+    std::uint32_t workers;
+    float transmittance_min;
+
+    template <class AnyCell>
+    void evaluated(AnyCell const& cell, std::uint32_t splats) const noexcept
+    {
+        for (std::uint32_t s = 0; s < strips_a_cell; ++s)
+            if ((cell.columns >> s * strip_width & 1u) != 0)
+                work->evaluated[(cell.number + s) % workers] += splats * (strip_width * cell_height / pairs_a_count);
+    }
+    /// Leaves the columns of the strips in which a pixel goes on.
+    template <class AnyCell>
+    void look(AnyCell& cell) const noexcept
+    {
+        std::uint32_t going = 0;
+        for (auto const& row : cell.state.transmittance)
+            for (std::uint32_t i = 0; i < cell_width; ++i)
+                going |= row[i] >= transmittance_min ? ((1u << strip_width) - 1) << i / strip_width * strip_width : 0u;
+        cell.columns &= going;
+    }
+};
+/// Opens a cell with what a block has kept of it. `strips`: those of the cell that are this worker's; the pixels of the others take no part,
+/// because another worker may write them.
+template <class AnyCell, class Kept>
+void load_cell(AnyCell& cell, Kept const& kept, BlockAt const& block, std::uint32_t strips) noexcept
+{
+    for (std::uint32_t j = 0; j < cell_height; ++j) {
+        std::uint32_t const y = cell.at.row + j - block.y; // wraps above the block
+        for (std::uint32_t i = 0; i < cell_width; ++i) {
+            std::uint32_t const x = cell.at.column + i - block.x;
+            if (y >= block_height || (strips >> i / strip_width & 1u) == 0) continue;
+            cell.state.transmittance[j][i] = kept.transmittance[y][x];
+            cell.state.red[j][i] = kept.red[y][x], cell.state.green[j][i] = kept.green[y][x], cell.state.blue[j][i] = kept.blue[y][x];
+            if constexpr (Kept::has_depth) cell.state.weight[j][i] = kept.weight[y][x], cell.state.depth[j][i] = kept.depth[y][x];
+        }
+    }
+}
+/// Gives the block its pixels back.
+template <class AnyCell, class Kept>
+void keep_cell(AnyCell const& cell, Kept& kept, BlockAt const& block, std::uint32_t strips) noexcept
+{
+    for (std::uint32_t j = 0; j < cell_height; ++j) {
+        std::uint32_t const y = cell.at.row + j - block.y;
+        for (std::uint32_t i = 0; i < cell_width && y < block_height; ++i) {
+            if ((strips >> i / strip_width & 1u) == 0) continue;
+            std::uint32_t const x = cell.at.column + i - block.x;
+            kept.transmittance[y][x] = cell.state.transmittance[j][i];
+            kept.red[y][x] = cell.state.red[j][i], kept.green[y][x] = cell.state.green[j][i], kept.blue[y][x] = cell.state.blue[j][i];
+            if constexpr (Kept::has_depth) kept.weight[y][x] = cell.state.weight[j][i], kept.depth[y][x] = cell.state.depth[j][i];
+        }
+    }
+}
+/// A block in progress, or the part of it that is one cell wide.
+struct OpenPart {
+    std::uint32_t number; ///< of the block
+    std::uint32_t mine;   ///< this worker's strips of the block
+    BlockAt place;
+};
+/// `blend_kept_blocks` in cells: `Group` blocks at a time, or for a worker, which has little memory, a part that is one cell wide.
+template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+[[gnu::noinline]] void blend_kept_cells(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
+                                        std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
+{
+    typename Rule::Denormals const denormals;
+    constexpr std::uint32_t width = Group == 1 ? 1 : cells_across, parts_a_block = cells_across / width, cells_a_part = width * bands_a_block;
+    CellMemory<Kept::has_depth, Group * cells_a_part, Size> m;
+    StripTally const tally{&work, workers, rules.transmittance_min};
+    OpenPart parts[Group];
+    CellWindow windows[Group];
+    std::uint32_t const all = fold.tile_blocks() * parts_a_block;
+    for (std::uint32_t next = 0; next < all;) {
+        std::uint32_t open = 0;
+        for (; open < Group && next < all; ++next) {
+            std::uint32_t const number = next / parts_a_block, first = next % parts_a_block * width * strips_a_cell;
+            auto const place = block_at(fold, tile, number);
+            if (!place.exists || (finished & fold.bit_of(number)) != 0) continue;
+            std::uint32_t const mine = strips_of(worker, number) & ((1u << width * strips_a_cell) - 1) << first;
+            if (going_strips(blocks[number], mine, rules.transmittance_min) == 0) continue;
+            std::uint32_t const column = place.x + first * strip_width, row = place.y / cell_height * cell_height;
+            parts[open] = {number, mine, place};
+            windows[open] = {column, row, width, bands_a_block, &camera};
+            for (std::uint32_t k = 0; k < cells_a_part; ++k) {
+                auto& cell = m.cells[open * cells_a_part + k];
+                cell.begin({column + k % width * cell_width, row + k / width * cell_height, camera.cx, camera.cy}, {});
+                cell.number = number * strips_a_block + first + k % width * strips_a_cell;
+                cell.in_window = k;
+                load_cell(cell, blocks[number], place, mine >> (cell.number % strips_a_block));
+                tally.look(cell);
+            }
+            ++open;
+        }
+        if (open == 0) break;
+        blend_open_cells<Rule, StopAsAsked, N>(m, windows, open, cells_a_part, rules, n, at, tally);
+        for (std::uint32_t b = 0; b < open * cells_a_part; ++b) {
+            auto const& part = parts[b / cells_a_part];
+            auto const& cell = m.cells[b];
+            keep_cell(cell, blocks[part.number], part.place, part.mine >> (cell.number % strips_a_block));
+            for (std::uint32_t i = 0; i < cell_width; ++i) // only its own: another worker may write the other counters
+                if (cell.state.contributing[i] != 0)
+                    work.contributing[(cell.number + i / strip_width) % workers] += static_cast<std::uint32_t>(cell.state.contributing[i]);
+        }
+    }
+}
 template <std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
 void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n, SplatAt const& at,
                 Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     Rules const& rules = view.rules;
-    auto const blend = [&](auto rule, auto stop) noexcept {
-        blend_kept_by<decltype(rule), decltype(stop), N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
-    };
     bool const each = rules.arithmetic == Arithmetic::precise || !(rules.alpha_min >= faintest_cut);
-    if (rules.stop == Stop::after_crossing && each)
-        blend(EachPair{}, StopEachPixel{});
+    if (!each)
+        blend_kept_cells<FastRule, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
     else if (rules.stop == Stop::after_crossing)
-        blend(FastRule{}, StopEachPixel{});
-    else if (each)
-        blend(EachPair{}, StopBeforeCrossing{});
+        blend_kept_blocks<StopEachPixel, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
     else
-        blend(FastRule{}, StopBeforeCrossing{});
+        blend_kept_blocks<StopBeforeCrossing, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
 }
 } // namespace detail
 
@@ -253,7 +358,7 @@ struct Blend {
     void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
                     Order const& order, BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
     {
-        work.before[worker.index] = work.strips[worker.index];
+        work.before[worker.index] = work.evaluated[worker.index];
         if (window.done()) return;
         auto const at = Access::in_order(*frame, held.begin(), keys.begin(), order.begin());
         machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {
@@ -265,11 +370,11 @@ struct Blend {
     {
         std::uint32_t most = 0;
         for (std::uint32_t w = 0; w < worker.count; ++w) {
-            std::uint32_t const strips = work.strips[w] - work.before[w];
-            most = strips > most ? strips : most;
+            std::uint32_t const evaluated = work.evaluated[w] - work.before[w];
+            most = evaluated > most ? evaluated : most;
         }
         Operations o;
-        o[Operation::pair] = times(most, worker.count * strip_pairs);
+        o[Operation::pair] = times(most, worker.count * pairs_a_count);
         return o;
     }
     /// Computes the shares of all workers at once, for a host thread.
@@ -278,7 +383,7 @@ struct Blend {
         void operator()(Here here, Broadcast<FrameParameters> frame, Window const& window, Held<P> const& held, Keys const& keys,
                         Order const& order, BlocksOf<P>& blocks, Work& work, Worker worker) const noexcept
         {
-            for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.strips[w];
+            for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.evaluated[w];
             if (window.done()) return;
             auto const at = Access::in_order(*frame, held.begin(), keys.begin(), order.begin());
             machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {

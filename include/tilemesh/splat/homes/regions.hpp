@@ -248,16 +248,16 @@ struct Counts {
 };
 static_assert(sizeof(Counts) <= 64);
 
-/// The Gaussian-pixel pairs of each worker, in strips: 2 columns of a block, 10 pixels.
+/// The Gaussian-pixel pairs of each worker. Workers share a block in strips of 2 columns: 10 pixels of a block, 8 of a cell.
 struct Work {
     static constexpr char const* name = "pair counters";
     static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t strips[max_workers];
+    std::uint32_t evaluated[max_workers];    ///< in units of pairs_a_count
     std::uint32_t contributing[max_workers]; ///< pairs
-    std::uint32_t before[max_workers];       ///< strips before the last pass
+    std::uint32_t before[max_workers];       ///< `evaluated` before the last pass
 };
 inline constexpr std::uint32_t strip_width = 2;
-inline constexpr std::uint32_t strip_pairs = strip_width * block_height;
+inline constexpr std::uint32_t pairs_a_count = 2; ///< strips of blocks and of cells are whole units
 
 /// The levels of a heap of n keys.
 TILEMESH_KERNEL std::uint32_t heap_levels(std::uint32_t n) noexcept

@@ -93,16 +93,16 @@ struct CompositeWithPose {
                 tile, frame->view, *tracking, order.size(), [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); },
                 [&](std::uint32_t i) noexcept -> Terms const& { return AccessOf<S>::terms_of(*frame, splats[order[i].slot]); }, target.begin(), workspace,
                 WorkerSums{totals.of, work.contributing, worker.count}, Worker{0, 1});
-            for (std::uint32_t w = 0; w < worker.count; ++w) work.blocks[w] = blocks_of(work.contributing[w]);
+            for (std::uint32_t w = 0; w < worker.count; ++w) work.evaluated[w] = evaluated_of(work.contributing[w]);
         }
     };
 
 private:
     /// Blocks that hold the contributing pairs. Pairs that were looked at in vain depend on the number of rows that are blended at once.
-    static std::uint32_t blocks_of(std::uint32_t pairs) noexcept
+    static std::uint32_t evaluated_of(std::uint32_t pairs) noexcept
     {
         constexpr std::uint32_t a_block = block_width * block_height;
-        return (pairs + a_block - 1) / a_block;
+        return (pairs + a_block - 1) / a_block * (a_block / pairs_a_count);
     }
     template <class Memory>
     static void share(Here const& here, typename S::Parameters const& frame, Tracking const& tracking, Splats<S> const& splats, Order<S> const& order,
@@ -115,7 +115,7 @@ private:
             tile, frame.view, tracking, order.size(), [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(frame, splats[order[i].slot]); },
             [&](std::uint32_t i) noexcept -> Terms const& { return AccessOf<S>::terms_of(frame, splats[order[i].slot]); }, target.begin(), memory,
             WorkerSums{totals.of + worker.index, work.contributing + worker.index, 1}, worker);
-        work.blocks[worker.index] = blocks_of(work.contributing[worker.index]);
+        work.evaluated[worker.index] = evaluated_of(work.contributing[worker.index]);
     }
 };
 } // namespace kernel

@@ -119,7 +119,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
         }
         std::uint32_t going = open;
         for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
-            std::uint32_t const taken = fill<EachPair>(set, chunk, begin, n, at);
+            std::uint32_t const taken = fill(set, chunk, begin, n, at);
             for (std::uint32_t i = 0; i < (taken + set.lanes() - 1) / set.lanes() * set.lanes(); ++i) {
                 Terms const& terms = terms_at(begin + (i < taken ? i : 0));
                 chunk.along_depth[i] = terms.along_depth;
@@ -129,7 +129,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
             for (std::uint32_t b = 0; b < open; ++b) {
                 auto& part = parts[b];
                 if (part.done) continue;
-                std::uint32_t const count = set.template call<ListHits<EachPair>>(chunk, taken, part.at, rules.alpha_max, &hits[0]);
+                std::uint32_t const count = set.template call<ListHits>(chunk, taken, part.at, &hits[0]);
                 std::uint32_t const first_row = static_cast<std::uint32_t>(part.at.row) + part.first; // rows outside the tile have no pixel that blends
                 for (std::uint32_t k = part.live.y0 - first_row; k < part.live.y1 - first_row; ++k)
                     shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count, part.at, part.first + k, rules);

@@ -1,0 +1,395 @@
+#pragma once
+#include <tilemesh/splat/cell_state.hpp>
+#include <tilemesh/splat/number.hpp>
+#include <utility>
+
+/// Blends splats, front to back, into a cell of 8 x 4 pixels: the arithmetic `fast`. A batch of splats goes through three short loops:
+/// `start` (alpha of the first row, and the ratio of the second row to it), `weigh` (the recurrence down the rows, the cut, the stop,
+/// w = alpha T) and `colour` (C += w c). So the state that a loop changes stays in 16 registers, and turns of a loop overlap.
+///
+/// The bits of a pixel do not depend on the lanes, on the batches, or on the pixels that are blended beside it.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
+
+/// max(v, low); `low` for NaN.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> at_least(Floats<N> const& v, Floats<N> const& low) noexcept
+{
+#if defined(__AVX__)
+    if constexpr (N == 8) return __builtin_ia32_maxps256(v, low); // GCC 12 would compare and select
+#endif
+#if defined(__SSE__)
+    if constexpr (N == 4) return __builtin_ia32_maxps(v, low);
+#endif
+    return v > low ? v : low;
+}
+/// min(v, high); `high` for NaN.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> at_most(Floats<N> const& v, Floats<N> const& high) noexcept
+{
+#if defined(__AVX__)
+    if constexpr (N == 8) return __builtin_ia32_minps256(v, high);
+#endif
+#if defined(__SSE__)
+    if constexpr (N == 4) return __builtin_ia32_minps(v, high);
+#endif
+    return v < high ? v : high;
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> between(Floats<N> const& v, Floats<N> const& low, Floats<N> const& high) noexcept
+{
+    return at_most<N>(at_least<N>(v, low), high);
+}
+/// No column with a pixel above the cut (2^-13 or more) rises by more than 2^steepest_rise from the first row to the second, or begins below
+/// 2^-126, if a = -across log2(e) is at most `sharpest`: with |off| <= sqrt(13 / a) at a visible row, the first of four rows has a power of
+/// at least -(sqrt(13) + 3 sqrt(a))^2 = -93, and it rises by at most 2 sqrt(13 a) + 5 a = 35. In a column that begins lower, the clamps keep all
+/// four rows below 2^(3 * 37 - 126) = 2^-15. A dilation of 0.3 gives a <= 2.41.
+inline constexpr float steepest_rise = 37.0f, sharpest = 4.0f, lowest_exponent = -126.0f;
+/// alpha of the recurrence is below the opacity times 1 + 2^-16. So a splat whose opacity is less than this share of alpha_max needs no clamp.
+inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
+
+/// The columns of a cell that are computed at once.
+template <std::uint32_t N>
+inline constexpr std::uint32_t columns_at_once = N < cell_width ? N : cell_width;
+/// A cell's rows as vectors of N lanes: one a row, or with 16 lanes one for two rows. `stride`: floats from one to the next.
+template <std::uint32_t N>
+inline constexpr std::uint32_t row_vectors = N > cell_width ? 2 : 4;
+template <std::uint32_t N>
+inline constexpr std::uint32_t row_stride = N > cell_width ? N : cell_width;
+template <std::uint32_t N>
+using RowVectors = std::make_integer_sequence<std::uint32_t, row_vectors<N>>;
+
+/// The splats that are blended at a time, at most.
+template <std::uint32_t Size>
+inline constexpr std::uint32_t batch_of = Size < 64 ? Size : 64;
+
+/// What a batch of splats has in the columns of a vector. `rows` is alpha first, then w.
+template <std::uint32_t N, std::uint32_t Most>
+struct alignas(vector_bytes) Batch {
+    static constexpr std::uint32_t width = columns_at_once<N>;
+    static constexpr bool recurs = N <= cell_width; ///< `weigh` computes alpha down the rows; otherwise `start` does
+    float first[recurs ? Most : 1][width], ratio[recurs ? Most : 1][width];
+    float rows[Most][cell_height][width];
+};
+
+/// The powers of a splat in the first row of a cell, and its rise to the second row: log2 of alpha, and of the ratio.
+template <std::uint32_t W>
+struct Exponents {
+    Floats<W> power, rise;
+};
+/// a * b + c, rounded as by multiply_add_lanes.
+template <std::uint32_t W>
+TILEMESH_KERNEL Floats<W> added_product(Floats<W> const& a, Floats<W> const& b, float c) noexcept
+{
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
+    return multiply_add_lanes<W>(a, b, broadcast<W>(c));
+#else
+    return a * b + c;
+#endif
+}
+template <std::uint32_t W, std::uint32_t Size>
+TILEMESH_KERNEL Exponents<W> exponents(CellChunk<Size> const& c, std::uint32_t i, Floats<W> const& xs, float y) noexcept
+{
+    CellSplat const& s = c.splats[i];
+    Floats<W> const dx = xs - s.mean_x, dy = broadcast<W>(y - s.mean_y);
+    Floats<W> const off = multiply_add_lanes<W>(s.tilt, dx, dy), u = s.across2 * off;
+    Floats<W> const power = multiply_add_lanes<W>(s.along2 * dx, dx, added_product<W>(u, off, c.height[i]));
+    return {power, u + u + s.across2};
+}
+/// Stores alpha of all rows. Down a column alpha is a Gaussian of the row, so each ratio of two neighbours is the previous ratio times a
+/// constant q = 2^(2 across).
+template <std::uint32_t N, std::uint32_t W>
+TILEMESH_KERNEL void put_rows(float (&rows)[cell_height][W], Floats<W> const& first, Floats<W> const& first_ratio, float q) noexcept
+{
+    static_assert(cell_height == 4, "the rows are written out");
+    Floats<W> const second = first * first_ratio, ratio = q * first_ratio, third = second * ratio, fourth = third * (q * ratio);
+    if constexpr (N == W) {
+        put<W>(rows[0], first), put<W>(rows[1], second), put<W>(rows[2], third), put<W>(rows[3], fourth);
+    } else { // in the vectors that are loaded next: a core cannot forward two stores to one load
+        Floats<N> upper, lower;
+        join(first, second, upper), join(third, fourth, lower);
+        put<N>(rows[0], upper), put<N>(rows[2], lower);
+    }
+}
+/// The powers of two of one splat. With 16 lanes, one power of 16 lanes is both, and the rows follow at once.
+template <class Rule, std::uint32_t N, std::uint32_t Most>
+TILEMESH_KERNEL void put_first(Batch<N, Most>& to, std::uint32_t h, Exponents<columns_at_once<N>> const& e, [[maybe_unused]] float q) noexcept
+{
+    constexpr std::uint32_t W = columns_at_once<N>;
+    if constexpr (Batch<N, Most>::recurs) {
+        auto const lowest = broadcast<W>(lowest_exponent);
+        put<W>(to.first[h], power_of_two<Rule::degree, W>(at_least<W>(e.power, lowest)));
+        put<W>(to.ratio[h], power_of_two<Rule::degree, W>(between<W>(e.rise, lowest, broadcast<W>(steepest_rise))));
+    } else {
+        Floats<N> both;
+        join(e.power, e.rise, both);
+        both = power_of_two<Rule::degree, N>(between<N>(both, broadcast<N>(lowest_exponent), broadcast<N>(steepest_rise)));
+        Floats<W> first, ratio;
+        split(both, first, ratio);
+        put_rows<N>(to.rows[h], first, ratio, q);
+    }
+}
+/// The first row of a batch. The exponents of the next splat are computed while this splat's powers are: so no chain of operations is longer
+/// than a core looks ahead. One number more is read.
+template <class Rule, std::uint32_t N, std::uint32_t Most, std::uint32_t Size, class Number>
+TILEMESH_KERNEL void start(Batch<N, Most>& to, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
+                           Floats<columns_at_once<N>> const& xs, float y) noexcept
+{
+    constexpr std::uint32_t W = columns_at_once<N>;
+    auto next = exponents<W>(c, list[0], xs, y);
+#if defined(__clang__)
+#    pragma clang loop unroll(disable) // lists are short: the rest of an unrolled loop costs more than it saves
+#endif
+    for (std::uint32_t h = 0; h < n; ++h) {
+        auto const now = next;
+        next = exponents<W>(c, list[h + 1], xs, y);
+        put_first<Rule, N>(to, h, now, c.q[list[h]]);
+    }
+}
+
+/// alpha of the splats that need more than the recurrence. It is called, not inlined, so that the loops have all registers.
+template <class Rule>
+struct CorrectRows {
+    template <class Set, std::uint32_t N, std::uint32_t Most, std::uint32_t Size, class Number>
+    TILEMESH_KERNEL static void run(Batch<N, Most>& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n, CellPlace const& at,
+                                    std::uint32_t column, Floats<columns_at_once<N>> const& xs, float alpha_max) noexcept
+    {
+        constexpr std::uint32_t W = columns_at_once<N>;
+        for (std::uint32_t h = 0; h < n; ++h) {
+            std::uint32_t const i = list[h];
+            if constexpr (Batch<N, Most>::recurs) put_rows<N>(batch.rows[h], load<W>(batch.first[h]), load<W>(batch.ratio[h]), c.q[i]);
+            if (c.special[i] == 0) continue;
+            for (std::uint32_t k = 0; k < cell_height; ++k) correct<W>(batch.rows[h][k], c, i, at, column, at.row + k, xs, alpha_max);
+        }
+    }
+
+private:
+    template <std::uint32_t W, std::uint32_t Size>
+    TILEMESH_KERNEL static void correct(float* row, CellChunk<Size> const& c, std::uint32_t i, CellPlace const& at, std::uint32_t column,
+                                        std::uint32_t y, Floats<W> const& xs, float alpha_max) noexcept
+    {
+        std::uint32_t const why = c.special[i];
+        Floats<W> alpha = load<W>(row);
+        if ((why & Special::apart) != 0) {
+            auto const power = exponents<W>(c, i, xs, static_cast<float>(y) + 0.5f - at.cy).power;
+            alpha = power_of_two<Rule::degree, W>(at_least<W>(power, broadcast<W>(lowest_exponent)));
+        }
+        alpha = at_most<W>(alpha, broadcast<W>(alpha_max)); // no splat with another reason is above it
+        if ((why & Special::clipped) != 0) {
+            CellSplat const& s = c.splats[i];
+            auto const x0 = static_cast<std::int32_t>(s.columns & 0xffffu), x1 = static_cast<std::int32_t>(s.columns >> 16);
+            Words<W> const x = counted_lanes<W>() + static_cast<std::int32_t>(column);
+            Words<W> const inside = (x >= x0) & (x < x1);
+            bool const covered = y >= (s.rows & 0xffffu) && y < s.rows >> 16;
+            alpha = covered ? floats_of<W>(bits_of<W>(alpha) & inside) : Floats<W>{};
+        }
+        put<W>(row, alpha);
+    }
+};
+
+/// What `weigh` changes: T of a vector's pixels, and the pairs that contributed.
+template <std::uint32_t N>
+struct Weighing {
+    Floats<N> t[row_vectors<N>];
+    Words<N> seen;
+};
+/// The cuts of the rules, in all lanes.
+template <std::uint32_t N>
+struct Cuts {
+    Floats<N> alpha, transmittance;
+};
+/// One pair of a splat and N pixels: w = alpha T and T -= w, where alpha passes the cut and the pixel goes on. Returns w.
+template <class Stop, std::uint32_t N>
+TILEMESH_KERNEL Floats<N> weighed(Floats<N>& t, Words<N>& seen, Floats<N> const& alpha, Cuts<N> const& least) noexcept
+{
+    Words<N> in = alpha >= least.alpha;
+    in &= t >= least.transmittance;
+    if constexpr (Stop::drops_crossing) {
+        Words<N> const crosses = in & (t - alpha * t < least.transmittance);
+        t = crosses ? -t : t;
+        in &= ~crosses;
+    }
+    Floats<N> const weight = floats_of<N>(bits_of<N>(alpha) & in) * t;
+    t = t - weight;
+    if constexpr (N == 16)
+        seen = in ? seen + 1 : seen;
+    else
+        seen -= in; // all bits set are -1
+    return weight;
+}
+template <class Stop, std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL void weigh_rows(Weighing<N>& s, float* rows, Cuts<N> const& least, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    (put<N>(rows + V * N, weighed<Stop, N>(s.t[V], s.seen, load<N>(rows + V * N), least)), ...);
+}
+/// `weigh_rows` of one splat, with alpha by recurrence.
+template <class Stop, std::uint32_t N, std::uint32_t Most>
+TILEMESH_KERNEL void weigh_recurring(Weighing<N>& s, Batch<N, Most>& batch, std::uint32_t h, float q, Cuts<N> const& least) noexcept
+{
+    static_assert(cell_height == 4, "the rows are written out");
+    auto& rows = batch.rows[h];
+    Floats<N> alpha = load<N>(batch.first[h]), ratio = load<N>(batch.ratio[h]);
+    put<N>(rows[0], weighed<Stop, N>(s.t[0], s.seen, alpha, least));
+    alpha = alpha * ratio, ratio = q * ratio;
+    put<N>(rows[1], weighed<Stop, N>(s.t[1], s.seen, alpha, least));
+    alpha = alpha * ratio, ratio = q * ratio;
+    put<N>(rows[2], weighed<Stop, N>(s.t[2], s.seen, alpha, least));
+    alpha = alpha * ratio;
+    put<N>(rows[3], weighed<Stop, N>(s.t[3], s.seen, alpha, least));
+}
+template <std::uint32_t N, class AnyCell, std::uint32_t... V>
+TILEMESH_KERNEL void load_weighing(Weighing<N>& s, AnyCell const& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    s.seen = Words<N>{};
+    ((s.t[V] = load<N>(&cell.transmittance[0][0] + V * row_stride<N> + column)), ...);
+}
+template <std::uint32_t N, class AnyCell, std::uint32_t... V>
+TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    (put<N>(&cell.transmittance[0][0] + V * row_stride<N> + column, s.t[V]), ...);
+    constexpr std::uint32_t W = columns_at_once<N>;
+    std::int32_t* const to = cell.contributing + column;
+    if constexpr (N == W) {
+        store(to, Words<N>(load_words<N>(to) + s.seen));
+    } else {
+        Words<W> upper, lower;
+        split(s.seen, upper, lower);
+        store(to, Words<W>(load_words<W>(to) + upper + lower));
+    }
+}
+/// 1 if a pixel of the vectors goes on, else 0.
+template <std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL std::uint32_t goes_on(Weighing<N> const& s, Cuts<N> const& least, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    Words<N> const going = ((s.t[V] >= least.transmittance) | ...);
+    if constexpr (N > 4) {
+        Words<N / 2> low, high;
+        split(going, low, high);
+        Words<4> quarter;
+        if constexpr (N == 16) {
+            Words<4> other;
+            split(Words<8>(low | high), quarter, other);
+            quarter |= other;
+        } else {
+            quarter = low | high;
+        }
+        return (quarter[0] | quarter[1] | quarter[2] | quarter[3]) != 0 ? 1u : 0u;
+    } else {
+        std::int32_t any = 0;
+        for (std::uint32_t i = 0; i < N; ++i) any |= going[i];
+        return any != 0 ? 1u : 0u;
+    }
+}
+/// The weights w = alpha T of a batch. `Recurs`: alpha comes by recurrence, not from the rows. Returns whether a pixel goes on.
+template <class Stop, bool Recurs, std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
+TILEMESH_KERNEL std::uint32_t weigh(Batch<N, Most>& batch, AnyCell& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
+                                    std::uint32_t column, Rules const& rules) noexcept
+{
+    Weighing<N> s;
+    load_weighing<N>(s, cell, column, RowVectors<N>{});
+    Cuts<N> const least{broadcast<N>(rules.alpha_min), broadcast<N>(rules.transmittance_min)};
+#if defined(__clang__)
+#    pragma clang loop unroll(disable)
+#endif
+    for (std::uint32_t h = 0; h < n; ++h) {
+        if constexpr (Recurs)
+            weigh_recurring<Stop, N>(s, batch, h, c.q[list[h]], least);
+        else
+            weigh_rows<Stop, N>(s, &batch.rows[h][0][0], least, RowVectors<N>{});
+    }
+    store_weighing<N>(s, cell, column, RowVectors<N>{});
+    return goes_on<N>(s, least, RowVectors<N>{});
+}
+
+/// Adds w times three words of a splat to three fields of the state.
+template <std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL void add_colour(Floats<N> (&r)[row_vectors<N>], Floats<N> (&g)[row_vectors<N>], Floats<N> (&b)[row_vectors<N>], float const* rows,
+                                CellSplat const& s, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    float const red = s.red, green = s.green, blue = s.blue;
+    Floats<N> const w[] = {load<N>(rows + V * N)...};
+    ((r[V] = multiply_add_lanes<N>(red, w[V], r[V])), ...);
+    ((g[V] = multiply_add_lanes<N>(green, w[V], g[V])), ...);
+    ((b[V] = multiply_add_lanes<N>(blue, w[V], b[V])), ...);
+}
+template <std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL void load_field(Floats<N> (&v)[row_vectors<N>], float const* from, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    ((v[V] = load<N>(from + V * row_stride<N>)), ...);
+}
+template <std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL void store_field(Floats<N> const (&v)[row_vectors<N>], float* to, std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    (put<N>(to + V * row_stride<N>, v[V]), ...);
+}
+/// C += w c.
+template <std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
+TILEMESH_KERNEL void colour(AnyCell& cell, Batch<N, Most> const& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
+                            std::uint32_t column) noexcept
+{
+    Floats<N> r[row_vectors<N>], g[row_vectors<N>], b[row_vectors<N>];
+    load_field<N>(r, &cell.red[0][0] + column, RowVectors<N>{});
+    load_field<N>(g, &cell.green[0][0] + column, RowVectors<N>{});
+    load_field<N>(b, &cell.blue[0][0] + column, RowVectors<N>{});
+#if defined(__clang__)
+#    pragma clang loop unroll(disable)
+#endif
+    for (std::uint32_t h = 0; h < n; ++h) add_colour<N>(r, g, b, &batch.rows[h][0][0], c.splats[list[h]], RowVectors<N>{});
+    store_field<N>(r, &cell.red[0][0] + column, RowVectors<N>{});
+    store_field<N>(g, &cell.green[0][0] + column, RowVectors<N>{});
+    store_field<N>(b, &cell.blue[0][0] + column, RowVectors<N>{});
+}
+template <std::uint32_t N, std::uint32_t... V>
+TILEMESH_KERNEL void add_depth(Floats<N> (&sum)[row_vectors<N>], Floats<N> (&z)[row_vectors<N>], float const* rows, float depth,
+                               std::integer_sequence<std::uint32_t, V...>) noexcept
+{
+    ((sum[V] = sum[V] + load<N>(rows + V * N)), ...);
+    ((z[V] = multiply_add_lanes<N>(depth, load<N>(rows + V * N), z[V])), ...);
+}
+/// W += w and Z += w z.
+template <std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
+TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
+                            std::uint32_t column) noexcept
+{
+    Floats<N> sum[row_vectors<N>], z[row_vectors<N>];
+    load_field<N>(sum, &cell.weight[0][0] + column, RowVectors<N>{});
+    load_field<N>(z, &cell.depth[0][0] + column, RowVectors<N>{});
+    for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], c.splats[list[h]].depth, RowVectors<N>{});
+    store_field<N>(sum, &cell.weight[0][0] + column, RowVectors<N>{});
+    store_field<N>(z, &cell.depth[0][0] + column, RowVectors<N>{});
+}
+
+/// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
+/// perhaps into columns beside them. `special`: a splat of the list has a bit of Special. Returns 1 if a pixel of these columns goes on. One
+/// number more is read.
+template <class Rule, class Stop>
+struct BlendCell {
+    template <class Set, class AnyCell, std::uint32_t Size, class Number>
+    TILEMESH_KERNEL static std::uint32_t run(AnyCell& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n, CellPlace const& at,
+                                             std::uint32_t columns, bool special, Rules const& rules) noexcept
+    {
+        constexpr std::uint32_t N = Set::most_lanes, W = columns_at_once<N>;
+        Batch<N, batch_of<Size>> batch;
+        float const y = static_cast<float>(at.row) + 0.5f - at.cy;
+        std::uint32_t going = 0;
+        for (std::uint32_t column = 0; column < cell_width; column += W) {
+            if ((columns >> column & ((1u << W) - 1)) == 0) continue;
+            Floats<W> const xs = __builtin_convertvector(counted_lanes<W>(), Floats<W>) + static_cast<float>(at.column + column) + 0.5f - at.cx;
+            start<Rule, N>(batch, c, list, n, xs, y);
+            if (special) Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
+            if (special || !decltype(batch)::recurs)
+                going |= weigh<Stop, false, N>(batch, cell, c, list, n, column, rules);
+            else if constexpr (decltype(batch)::recurs)
+                going |= weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
+            colour<N>(cell, batch, c, list, n, column);
+            if constexpr (AnyCell::has_depth) depths<N>(cell, batch, c, list, n, column);
+        }
+        return going;
+    }
+};
+
+}}} // namespace tilemesh::splat::detail
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

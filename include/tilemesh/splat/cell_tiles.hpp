@@ -1,0 +1,216 @@
+#pragma once
+#include <tilemesh/splat/cell_lists.hpp>
+
+/// Blends a list of splats into the cells of a tile, in windows of at most 32 cells.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+/// The Gaussian-pixel pairs of one call.
+struct PairCount {
+    std::uint32_t evaluated;    ///< in units of pairs_a_count
+    std::uint32_t contributing; ///< pairs that passed both cut-offs
+};
+
+namespace detail {
+/// A cell checks whether all its pixels have stopped after `blended_between_looks` splats of its own in a group of the list, and at the end of
+/// the group. So the pairs that are evaluated do not depend on the size of a chunk.
+inline constexpr std::uint32_t splats_a_group = 128;
+
+/// What a host thread or a worker needs besides its list.
+template <bool HasDepth, std::uint32_t Group, std::uint32_t Size>
+struct CellMemory {
+    static_assert(splats_a_group % Size == 0, "a group is whole chunks");
+    static constexpr std::uint32_t group = Group, size = Size;
+    OpenCell<HasDepth> cells[Group];
+    CellChunk<Size> chunk;
+    ListsOf<Size> lists;
+    typename ListsOf<Size>::Number list[Size + 8]; // it is written 8 numbers at a time
+};
+
+template <std::uint32_t Size, class Number>
+bool any_special(CellChunk<Size> const& chunk, Number const* list, std::uint32_t n) noexcept
+{
+    std::uint32_t any = 0;
+    for (std::uint32_t h = 0; h < n; ++h) any |= chunk.special[list[h]];
+    return any != 0;
+}
+template <class AnyCell>
+bool goes_on(AnyCell const* cells, std::uint32_t n) noexcept
+{
+    std::uint32_t columns = 0;
+    for (std::uint32_t b = 0; b < n; ++b) columns |= cells[b].columns;
+    return columns != 0;
+}
+/// Blends a batch into a cell. Returns 1 if a pixel goes on.
+template <class Rule, class Stop, class Set, class... Arguments>
+std::uint32_t blend_batch(Set const& set, Rules const& rules, Arguments&&... arguments) noexcept
+{
+    if constexpr (std::is_same_v<Stop, StopAsAsked>)
+        return rules.stop == splat::Stop::after_crossing ? blend_batch<Rule, StopEachPixel>(set, rules, arguments...)
+                                                  : blend_batch<Rule, StopBeforeCrossing>(set, rules, arguments...);
+    else
+        return set.template call<BlendCell<Rule, Stop>>(arguments..., rules);
+}
+/// Blends the listed splats of a chunk into a cell. `tally` counts what is evaluated, and looks which columns go on.
+template <class Rule, class Stop, class Set, class Memory, class AnyCell, class Tally>
+void blend_listed(Set const& set, Memory const& m, AnyCell& cell, std::uint32_t n, bool special, Rules const& rules, Tally const& tally) noexcept
+{
+    constexpr std::uint32_t most = batch_of<Memory::size>;
+    for (std::uint32_t done = 0; done < n && cell.columns != 0;) {
+        std::uint32_t part = blended_between_looks - cell.blended % blended_between_looks;
+        if (part > most) part = most;
+        if (part > n - done) part = n - done;
+        auto const* const list = m.list + done;
+        bool const some = special && any_special(m.chunk, list, part);
+        cell.going = blend_batch<Rule, Stop>(set, rules, cell.state, m.chunk, list, part, cell.at, cell.columns, some);
+        tally.evaluated(cell, part);
+        done += part;
+        cell.blended += part;
+        if (cell.blended % blended_between_looks == 0) tally.look(cell);
+    }
+}
+/// Blends n splats, front to back, into the open cells of windows, `open` cells in each.
+template <class Rule, class Stop, std::uint32_t N, class Memory, class SplatAt, class Tally>
+void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count, std::uint32_t open, Rules const& rules, std::uint32_t n,
+                      SplatAt const& at, Tally const& tally) noexcept
+{
+    constexpr std::uint32_t size = Memory::size;
+    SetOf<N> const set{};
+    fetch_ahead(0, n < size ? n : size, at);
+    std::uint32_t const all = count * open;
+    std::uint32_t going = all;
+    for (std::uint32_t begin = 0; begin < n && going != 0; begin += size) {
+        std::uint32_t const most = fill<(SetOf<N>::most_lanes >= 4)>(m.chunk, begin, n, at);
+        bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *windows[0].camera, rules.alpha_max) != 0;
+        going = 0;
+        for (std::uint32_t b = 0; b < all; ++b) {
+            auto const& window = windows[b / open];
+            auto& cell = m.cells[b];
+            fetch_part_ahead<size>(begin + size, n, b, all, at);
+            if (b % open == 0 && goes_on(&cell, open)) {
+                set.template call<ReachCells>(m.chunk, most, window);
+                m.lists.begin(m.chunk, most, window.columns * window.bands);
+            }
+            if (cell.columns == 0) continue;
+            if (begin % splats_a_group == 0) cell.blended = 0;
+            std::uint32_t const listed = m.lists.list(cell.in_window, m.list);
+            blend_listed<Rule, Stop>(set, m, cell, listed, special, rules, tally);
+            if ((begin + size) % splats_a_group == 0) tally.look(cell);
+            going += cell.columns != 0 ? 1u : 0u;
+        }
+    }
+}
+
+/// Counts the pairs of a tile's cells: `counts[number % workers]` gets those of cell `number`.
+struct TileTally {
+    PairCount* counts;
+    std::uint32_t workers;
+
+    template <class AnyCell>
+    void evaluated(AnyCell const& cell, std::uint32_t splats) const noexcept
+    {
+        static_assert(cell_width * cell_height % pairs_a_count == 0, "pairs are counted in whole units");
+        counts[cell.number % workers].evaluated += splats * (cell_width * cell_height / pairs_a_count);
+    }
+    template <class AnyCell>
+    static void look(AnyCell& cell) noexcept
+    {
+        if (cell.going == 0) cell.columns = 0;
+    }
+};
+
+/// Stores four reds, greens and blues as four pixels.
+TILEMESH_KERNEL void store_interleaved(float* to, float const* red, float const* green, float const* blue) noexcept
+{
+    auto const x = load<4>(red), y = load<4>(green), z = load<4>(blue);
+    Floats<4> const xy = __builtin_shufflevector(x, y, 0, 4, 1, 5), zx = __builtin_shufflevector(z, x, 0, 0, 5, 5);
+    store(to, Floats<4>(__builtin_shufflevector(xy, zx, 0, 1, 4, 6)));
+    Floats<4> const yz = __builtin_shufflevector(y, z, 1, 5, 2, 6), xy2 = __builtin_shufflevector(x, y, 2, 2, 6, 6);
+    store(to + 4, Floats<4>(__builtin_shufflevector(yz, xy2, 0, 1, 4, 6)));
+    Floats<4> const zx3 = __builtin_shufflevector(z, x, 2, 7, 3, 3), yz3 = __builtin_shufflevector(y, z, 3, 3, 7, 7);
+    store(to + 8, Floats<4>(__builtin_shufflevector(zx3, yz3, 0, 1, 4, 6)));
+}
+/// Writes those pixels of a cell that lie in the tile.
+template <class AnyCell, class Pixel>
+void write_cell(AnyCell& cell, PixelRect const& tile, Rules const& rules, Pixel* pixels, std::uint32_t stride_px) noexcept
+{
+    if (!is_black(rules.background)) add_background(cell.state, rules.background);
+    auto const& at = cell.at;
+    for (std::uint32_t j = 0; j < cell_height; ++j) {
+        std::uint32_t const y = at.row + j;
+        if (y < tile.y0 || y >= tile.y1) continue;
+        Pixel* const row = pixels + (y - tile.y0) * stride_px;
+        if (at.column >= tile.x0 && at.column + cell_width <= tile.x1) { // almost always
+            if constexpr (std::is_same_v<Pixel, FloatPixel>)
+                for (std::uint32_t i = 0; i < cell_width; i += 4)
+                    store_interleaved(row[at.column - tile.x0 + i].rgb, cell.state.red[j] + i, cell.state.green[j] + i, cell.state.blue[j] + i);
+            else
+                for (std::uint32_t i = 0; i < cell_width; ++i) row[at.column - tile.x0 + i] = Pixel::make(blended_in(cell.state, j, i));
+        } else {
+            for (std::uint32_t i = 0; i < cell_width; ++i)
+                if (at.column + i >= tile.x0 && at.column + i < tile.x1) row[at.column + i - tile.x0] = Pixel::make(blended_in(cell.state, j, i));
+        }
+    }
+}
+
+/// The cells of a tile, and its windows: each is as wide as the tile, at most 8 cells, and has as many bands as fit.
+struct TileCells {
+    std::uint32_t left, top, across, down; ///< the first cell's first pixel; the number of cells
+    std::uint32_t columns, bands;          ///< of a window
+
+    explicit TileCells(PixelRect const& tile) noexcept
+        : left(tile.x0 / cell_width * cell_width), top(tile.y0 / cell_height * cell_height),
+          across((tile.x1 - left + cell_width - 1) / cell_width), down((tile.y1 - top + cell_height - 1) / cell_height),
+          columns(across < 8 ? across : 8), bands(32 / columns)
+    {
+    }
+    /// The cells [column, column + columns) x [band, band + bands) that exist.
+    CellWindow window(std::uint32_t column, std::uint32_t band, std::uint32_t most_bands, Camera const& camera) const noexcept
+    {
+        return {left + column * cell_width, top + band * cell_height, across - column < columns ? across - column : columns, most_bands, &camera};
+    }
+};
+
+/// `blend_tile` in cells. At most Memory::group cells are open at once.
+template <class Rule, class Stop, std::uint32_t N, class Memory, class Pixel, class SplatAt>
+void blend_tile_in_cells(Memory& m, PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
+                         Pixel* pixels, std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
+{
+    typename Rule::Denormals const denormals;
+    TileCells const cells(tile);
+    for (std::uint32_t y = tile.y0; y < tile.y1 && worker.count == 1; ++y) fetch_row_ahead(pixels + (y - tile.y0) * stride_px, 0u, tile.x1 - tile.x0);
+    for (std::uint32_t band0 = 0; band0 < cells.down; band0 += cells.bands)
+        for (std::uint32_t column0 = 0; column0 < cells.across; column0 += cells.columns) {
+            std::uint32_t const last = band0 + cells.bands < cells.down ? band0 + cells.bands : cells.down;
+            auto window = cells.window(column0, band0, 1, camera);
+            std::uint32_t const all = window.columns * (last - band0);
+            for (std::uint32_t next = 0; next < all;) {
+                std::uint32_t open = 0, first = 0;
+                for (; open < Memory::group && next < all; ++next) {
+                    std::uint32_t const column = column0 + next % window.columns, band = band0 + next / window.columns;
+                    std::uint32_t const number = band * cells.across + column;
+                    if (number % worker.count != worker.index) continue;
+                    if (open == 0) first = next / window.columns;
+                    auto& cell = m.cells[open++];
+                    cell.number = number;
+                    cell.in_window = next - first * window.columns;
+                    cell.begin({cells.left + column * cell_width, cells.top + band * cell_height, camera.cx, camera.cy}, tile);
+                    window.bands = next / window.columns - first + 1;
+                }
+                if (open == 0) break;
+                window.row = cells.top + (band0 + first) * cell_height;
+                blend_open_cells<Rule, Stop, N>(m, &window, 1, open, rules, n, at, TileTally{counts, workers});
+                for (std::uint32_t b = 0; b < open; ++b) {
+                    counts[m.cells[b].number % workers].contributing += m.cells[b].contributing();
+                    write_cell(m.cells[b], tile, rules, pixels, stride_px);
+                }
+            }
+        }
+}
+} // namespace detail
+
+}}} // namespace tilemesh::splat
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END

@@ -1,0 +1,280 @@
+// test: without tsan
+// Blending in cells: the lists of cells, the recurrence and its exceptions, against precise arithmetic and against double precision.
+#include "blended.hpp"
+#include "support.hpp"
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <tilemesh/splat/blending.hpp>
+#include <tilemesh/splat/logarithm.hpp>
+#include <utility>
+#include <vector>
+
+#pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+namespace inner = tilemesh::splat::detail;
+
+namespace {
+using Scene = support::SortedSplats;
+using Deep = WithAlpha<WithDepth<FloatPixel>>;
+
+struct Picture {
+    std::vector<Deep> pixels;
+    std::uint64_t evaluated = 0, contributing = 0; ///< pairs
+};
+template <std::uint32_t Lanes = inner::lanes_in_use>
+Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height)
+{
+    Rules rules = scene.rules;
+    rules.arithmetic = arithmetic;
+    auto const& c = scene.camera;
+    auto const n = static_cast<std::uint32_t>(scene.splats.size());
+    auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
+    Picture picture;
+    picture.pixels.resize(std::size_t{c.width} * c.height);
+    for (std::uint32_t y = 0; y < c.height; y += tile_height)
+        for (std::uint32_t x = 0; x < c.width; x += tile_width) {
+            PixelRect const tile{x, std::min(x + tile_width, c.width), y, std::min(y + tile_height, c.height)};
+            PairCount counts[1] = {};
+            blend_whole_tile<Lanes>(tile, c, rules, n, at, picture.pixels.data() + std::size_t{y} * c.width + x, c.width, counts, 1);
+            picture.evaluated += std::uint64_t{counts[0].evaluated} * pairs_a_count;
+            picture.contributing += counts[0].contributing;
+        }
+    return picture;
+}
+bool same(Picture const& a, Picture const& b)
+{
+    return a.contributing == b.contributing && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Deep)) == 0;
+}
+Rules with(void (*change)(Rules&))
+{
+    Rules m;
+    change(m);
+    return m;
+}
+std::vector<Rules> all_rules()
+{
+    return {Rules{},
+            with([](Rules& m) { m.alpha_max = 0.99f; }),
+            with([](Rules& m) { m.dilation = 0; }),
+            with([](Rules& m) { m.alpha_min = 1.0f / 8160; }),
+            with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
+            with([](Rules& m) { m.footprint = Footprint::three_sigma_tiles, m.stop = Stop::before_crossing, m.transmittance_min = 1e-4f; }),
+            with([](Rules& m) { m.stop = Stop::before_crossing, m.transmittance_min = 0.5f; })};
+}
+/// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
+std::vector<Gaussian> varied(std::uint32_t n, std::uint32_t seed)
+{
+    auto gaussians = support::cloud(n, seed);
+    for (auto& g : gaussians) {
+        auto const id = static_cast<std::uint32_t>(g.id);
+        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
+        if (id % 7 == 2) g.log_scale[2] -= 5;
+        if (id % 11 == 3) g.opacity = 1;
+        if (id % 13 == 4) g.opacity = 0.004f;
+        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
+    }
+    return gaussians;
+}
+/// What a pixel is in double precision, with the cuts of the rules.
+struct Truth {
+    double rgb[3] = {}, depth = 0, weight = 0, transmittance = 1;
+};
+Truth truth_at(Scene const& scene, std::uint32_t x, std::uint32_t y)
+{
+    Truth p;
+    auto const& m = scene.rules;
+    for (auto const& s : scene.splats) {
+        auto const r = s.rect();
+        if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1) continue;
+        double const dx = x + 0.5 - double{scene.camera.cx} - double{s.mean_px[0]}, dy = y + 0.5 - double{scene.camera.cy} - double{s.mean_px[1]};
+        double const off = dy - double{s.slope} * dx;
+        double const alpha = std::min(double{s.opacity} * std::exp(double{s.along} * dx * dx + double{s.across} * off * off), double{m.alpha_max});
+        if (alpha < double{m.alpha_min}) continue;
+        double const weight = alpha * p.transmittance;
+        if (m.stop == Stop::before_crossing && p.transmittance - weight < double{m.transmittance_min}) break;
+        for (int c = 0; c < 3; ++c) p.rgb[c] += weight * double{s.colour[c]};
+        p.depth += weight * double{s.depth};
+        p.weight += weight;
+        p.transmittance -= weight;
+        if (p.transmittance < double{m.transmittance_min}) break;
+    }
+    return p;
+}
+} // namespace
+
+TEST_CASE("cells: a picture is above 90 dB against double precision with the same cuts, and so are its planes")
+{
+    for (auto const& rules : all_rules()) {
+        Scene const scene(varied(900, 61), support::lens(250, 131), rules);
+        auto const picture = blend(scene, Arithmetic::fast, 32, 20);
+        double squares = 0, alphas = 0, depths = 0;
+        for (std::uint32_t y = 0; y < 131; ++y)
+            for (std::uint32_t x = 0; x < 250; ++x) {
+                auto const truth = truth_at(scene, x, y);
+                auto const& pixel = picture.pixels[std::size_t{y} * 250 + x];
+                for (int c = 0; c < 3; ++c) squares += std::pow(double{pixel.colour.colour.rgb[c]} - truth.rgb[c], 2);
+                alphas += std::pow(double{pixel.alpha} - (1 - truth.transmittance), 2);
+                if (truth.weight > 0.01) depths += std::pow(double{pixel.colour.depth} * truth.weight / truth.depth - 1, 2);
+            }
+        auto const pixels = 250.0 * 131.0;
+        CHECK(-10 * std::log10(squares / (3 * pixels)) > 90);
+        CHECK(-10 * std::log10(alphas / pixels) > 90);
+        CHECK(-10 * std::log10(depths / pixels) > 80); // relative, where the weight is above a hundredth: a flip at the cut is a larger share
+    }
+}
+
+TEST_CASE("cells: every pixel above the cut is in a listed cell, and no pixel below it is drawn")
+{
+    for (auto rules : all_rules()) {
+        rules.stop = Stop::after_crossing;
+        std::size_t lost = 0, gained = 0, drawn = 0;
+        for (auto g : varied(support::fast() ? 400 : 2000, 62)) {
+            for (float& c : g.colour) c = 1;
+            Scene const one({g}, support::lens(120, 75), rules);
+            auto const precise = blend(one, Arithmetic::precise, 120, 75), fast = blend(one, Arithmetic::fast, 120, 75);
+            for (std::size_t i = 0; i < precise.pixels.size(); ++i) {
+                float const u = precise.pixels[i].colour.colour.rgb[0], v = fast.pixels[i].colour.colour.rgb[0];
+                lost += u > rules.alpha_min * 1.0001f && v == 0 ? 1 : 0;
+                gained += v > rules.alpha_min * 1.0001f && u == 0 ? 1 : 0;
+                drawn += v != 0 ? 1 : 0;
+            }
+        }
+        CHECK(lost == 0);
+        CHECK(gained == 0);
+        CHECK(drawn > 1000);
+    }
+}
+
+TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in its cell and far from the frame's middle")
+{
+    auto const camera = support::lens(6000, 32);
+    Rules rules;
+    rules.arithmetic = Arithmetic::fast;
+    support::Random random(66);
+    std::size_t lost = 0, tried = 0;
+    std::vector<FloatPixel> pixels(8 * 4);
+    for (int trial = 0; trial < 4000; ++trial) {
+        // A small splat, whose mean is left or right of a cell. Its own row crosses the cell's nearest column.
+        auto const column = 8 * static_cast<std::uint32_t>(random.uniform(1, 749)), row = 4 * static_cast<std::uint32_t>(random.uniform(0, 8));
+        bool const left = trial % 2 == 0;
+        float const x = static_cast<float>(left ? column : column + 7) + 0.5f - camera.cx, y = static_cast<float>(row + static_cast<std::uint32_t>(trial / 2 % 4)) + 0.5f - camera.cy;
+        Splat s{};
+        float const away = random.uniform(0.6f, 2.0f);
+        s.mean_px[0] = left ? x - away : x + away;
+        s.slope = random.uniform(-0.5f, 0.5f);
+        s.mean_px[1] = y - s.slope * (x - s.mean_px[0]); // the pixel is the ellipse's rightmost or leftmost point
+        s.along = -random.uniform(2.0f, 5.0f) / (away * away), s.across = -random.uniform(0.5f, 1.5f);
+        s.depth = s.opacity = 1;
+        s.opacity = rules.alpha_min * 1.00003f / alpha_at(s, x, y);
+        if (!(s.opacity < 0.99f)) continue;
+        s.faintest = logarithm(rules.alpha_min / s.opacity) - 0.01f; // as in a projection
+        for (float& c : s.colour) c = 1;
+        s.columns = 6000u << 16, s.rows = 32u << 16;
+        auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+        PairCount counts[1] = {};
+        blend_whole_tile(PixelRect{column, column + 8, row, row + 4}, camera, rules, 1, at, pixels.data(), 8, counts, 1);
+        lost += counts[0].contributing == 0 ? 1 : 0;
+        ++tried;
+    }
+    CHECK(tried > 1000);
+    CHECK(lost == 0);
+}
+
+TEST_CASE("cells: needles whose means are far away are within 2e-5 of precise, also where the principal point is between pixels")
+{
+    auto camera = support::lens(64, 40);
+    camera.cx += 0.217f, camera.cy += 0.377f; // so that the distances of two rows are not rounded alike
+    support::Random random(67);
+    double most = 0;
+    std::size_t drawn = 0;
+    for (int k = 0; k < (support::fast() ? 2000 : 10000); ++k) {
+        float const length = std::exp(random.uniform(0.0f, 16.0f)), turn = random.uniform(0.0f, 3.14f), z = random.uniform(1.0f, 4.0f);
+        Gaussian const g{{std::cos(2 * turn) * length, std::sin(2 * turn) * length, z}, {1, 1, 1}, random.uniform(0.3f, 0.99f),
+                         {std::cos(turn), 0, 0, std::sin(turn)}, {std::log(length), random.uniform(-9, -2), -9}, GaussianId{1}};
+        Scene const one({g}, camera);
+        auto const precise = blend(one, Arithmetic::precise, 64, 40), fast = blend(one, Arithmetic::fast, 64, 40);
+        for (std::size_t i = 0; i < precise.pixels.size(); ++i) {
+            float const u = precise.pixels[i].colour.colour.rgb[0], v = fast.pixels[i].colour.colour.rgb[0];
+            if (u == 0 || v == 0) continue;
+            most = std::max(most, std::fabs(double{u} - double{v}));
+            ++drawn;
+        }
+    }
+    MESSAGE("largest difference of alpha: ", most);
+    CHECK(drawn > 10000);
+    CHECK(most < 2e-5);
+}
+
+TEST_CASE("cells: bits and counts do not depend on tiles and lanes")
+{
+    for (auto const& rules : all_rules()) {
+        Scene const scene(varied(600, 63), support::lens(250, 131), rules);
+        auto const whole = blend(scene, Arithmetic::fast, 250, 131);
+        CHECK(same(whole, blend(scene, Arithmetic::fast, 32, 20)));
+        CHECK(same(whole, blend(scene, Arithmetic::fast, 13, 7)));
+        CHECK(same(whole, blend(scene, Arithmetic::fast, 1, 131)));
+        CHECK(same(whole, blend<16>(scene, Arithmetic::fast, 100, 3)));
+        CHECK(same(whole, blend<8>(scene, Arithmetic::fast, 9, 50)));
+        CHECK(same(whole, blend<4>(scene, Arithmetic::fast, 32, 20)));
+        CHECK(same(whole, blend<2>(scene, Arithmetic::fast, 32, 20)));
+        CHECK(same(whole, blend<1>(scene, Arithmetic::fast, 32, 20)));
+    }
+}
+
+TEST_CASE("cells: the cells that a splat reaches do not depend on the window")
+{
+    Scene const scene(varied(900, 64), support::lens(256, 128), with([](Rules& m) { m.transmittance_min = 0; }));
+    auto const whole = blend(scene, Arithmetic::fast, 256, 128);
+    for (auto const& size : {std::pair(8u, 4u), std::pair(32u, 20u), std::pair(64u, 128u), std::pair(40u, 12u)}) {
+        auto const tiles = blend(scene, Arithmetic::fast, size.first, size.second);
+        CHECK(tiles.evaluated == whole.evaluated);
+        CHECK(tiles.contributing == whole.contributing);
+    }
+    CHECK(whole.evaluated > whole.contributing);
+    CHECK(whole.evaluated < 3 * whole.contributing);
+}
+
+TEST_CASE("cells: an opaque wall stops a cell within 64 splats")
+{
+    auto const camera = support::flat_camera(16, 8);
+    Splat s{};
+    s.along = s.across = -1e-9f;
+    s.opacity = 0.95f; // 0.05^2 is the first power below 5e-3
+    s.faintest = -5;
+    s.depth = 1;
+    s.columns = 0u | 16u << 16;
+    s.rows = 0u | 8u << 16;
+    auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+    std::vector<FloatPixel> pixels(16 * 8);
+    for (std::uint32_t n : {1u, 2u, 3u, 63u, 64u, 65u, 127u, 128u, 129u, 1000u}) {
+        PairCount counts[1] = {};
+        Rules rules;
+        rules.arithmetic = Arithmetic::fast;
+        blend_whole_tile(PixelRect{0, 16, 0, 8}, camera, rules, n, at, pixels.data(), 16, counts, 1);
+        CHECK(counts[0].evaluated * pairs_a_count == 128 * std::min(n, 64u));
+        CHECK(counts[0].contributing == 128 * std::min(n, 2u));
+        auto const one = blend_tile(PixelRect{0, 16, 0, 8}, camera, rules, n, at, pixels.data(), 16, Worker{0, 1});
+        CHECK(one.evaluated == counts[0].evaluated);
+        CHECK(one.contributing == counts[0].contributing);
+    }
+}
+
+TEST_CASE("cells: alpha does not exceed alpha_max or 1 where splats are opaque")
+{
+    for (float const alpha_max : {1.0f, 0.99f, 0.3f}) {
+        Rules rules;
+        rules.alpha_max = alpha_max;
+        auto gaussians = varied(500, 65);
+        for (auto& g : gaussians) {
+            g.opacity = 1;
+            for (float& c : g.colour) c = 1;
+            Scene const one({g}, support::lens(120, 75), rules);
+            float most = 0;
+            for (auto const& p : blend(one, Arithmetic::fast, 120, 75).pixels) most = std::max(most, p.alpha);
+            CHECK(most <= alpha_max);
+        }
+    }
+}
