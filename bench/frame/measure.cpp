@@ -22,7 +22,7 @@ namespace splat = tilemesh::splat;
 using tilemesh::report::Image;
 
 /// The operations of one evaluated pair: additions, compares, minima and roundings count 1, an FMA counts 2.
-constexpr double operations_per_pair = 18.4;
+constexpr double operations_per_pair = 21;
 constexpr double pairs_a_block = splat::block_width * splat::block_height;
 
 /// One number of threads: a team for the rasteriser, and the meshes that render in turn with it.

@@ -37,7 +37,7 @@ std::string help()
                "\n"
                "mesh_ms ends when the framebuffers are complete in the tiles. picture_ms is the time to assemble one picture on the host.\n"
                "In mesh_ms every tile composites. mesh_kept_ms is the time of a static view in which tiles keep their pixels.\n"
-               "direct_over_roofline is the time of the evaluated pairs at FMA peak, 18.4 operations each, over direct_ms.\n"
+               "direct_over_roofline is the time of the evaluated pairs at FMA peak, 21 operations each, over direct_ms.\n"
                "cycles_per_block_splat is the rasteriser's blending, over all threads, in cycles of the measured clock per 80\n"
                "evaluated pairs. The columns _low and _high are the 20 % and 80 % quantiles. Counters are means over the measured frames.\n"
                "\n"

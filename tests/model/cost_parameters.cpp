@@ -106,7 +106,7 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(price_of(m, "routed") == 60 * 6000);      // (175 + 3 * 66 + 107) / 8
     CHECK(price_of(m, "copied") == 190 * 6000);     // (122 + 258) / 2
     CHECK(price_of(m, "comparison") == 30 * 6000);
-    CHECK(price_of(m, "pair") == 27'059); // 18.4 / 0.68 = 27.0588
+    CHECK(price_of(m, "pair") == 30'882); // 21 / 0.68 = 30.8824
     CHECK(price_of(m, "pixel") == 93'000);
     CHECK(price_of(m, "left") == 175 * 6000);
     CHECK(price_of(m, "passed") == 66 * 6000);

@@ -250,9 +250,9 @@ TEST_CASE("one isotropic Gaussian on the axis is the closed formula")
     CHECK(brightest(rgb) > 2.5); // no value is clamped
 }
 
-TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of view")
+TEST_CASE("the Jacobian's slope is clamped at the limit times the way to the farther border")
 {
-    // tan(half fov) is 64 / (2 * 40) = 0.8, so 1.3 of it is 1.04; the mean's slope is 1.5, and it
+    // The farther border is 33.5 of 64 columns away, at a slope of 33.5 / 40; 1.3 of it is 1.089. The mean's slope is 1.5, and it
     // lies at column 40 * 1.5 + cx.
     auto const camera = plain_camera(64, 48);
     auto const gaussian = ball(3, 0, 2, -0.5f, 0.9f, 1);
@@ -265,7 +265,7 @@ TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of 
         Rules rules;
         rules.jacobian_limit = limit;
         auto const rgb = render_double_unrounded({&gaussian, 1}, camera, rules, Cuts::none);
-        double const slope = limit > 0.0f ? double{limit} * 0.8 : 1.5;
+        double const slope = limit > 0.0f ? double{limit} * 33.5 / 40 : 1.5;
         double const xx = 20.0 * s * 20.0 * s * (1.0 + slope * slope) + double{rules.dilation};
         double const yy = 25.0 * s * 25.0 * s + double{rules.dilation};
         double const dx = 63.5 - mean_x;
@@ -277,10 +277,10 @@ TEST_CASE("the Jacobian's slope is clamped at the limit times half the field of 
     }
     CHECK(seen[1] > 1.5 * seen[0]);
 
-    // Downwards too: the limit there is 1.3 * 48 / (2 * 50) = 0.624.
+    // Downwards too: the limit there is 1.3 * (48 - 21.5) / 50 = 0.689.
     auto const below = ball(0, -4, 2, -0.5f, 0.9f, 1);
     auto const rgb = render_double_unrounded({&below, 1}, camera, {}, Cuts::none);
-    double const slope = double{1.3f} * 0.48;
+    double const slope = double{1.3f} * 26.5 / 50;
     double const yy = 25.0 * s * 25.0 * s * (1.0 + slope * slope) + double{Rules{}.dilation};
     double const xx = 20.0 * s * 20.0 * s + double{Rules{}.dilation};
     double const dy = 0.5 - (21.5 - 100.0);

@@ -66,7 +66,8 @@ Truth<T> truth(Gaussian const& g, Camera const& camera, Rules const& rules)
     for (int r = 0; r < 2; ++r) {
         T bounded = slope[r];
         if (rules.jacobian_limit > 0) {
-            T const limit = T(rules.jacobian_limit) * std::max(centre[r], size[r] - centre[r]) / f[r];
+            bool const trainers = rules.slope_border == tilemesh::splat::SlopeBorder::of_half_width;
+            T const limit = T(rules.jacobian_limit) * (trainers ? size[r] / 2 : std::max(centre[r], size[r] - centre[r])) / f[r];
             bounded = std::min(limit, std::max(-limit, bounded));
         }
         for (int j = 0; j < 3; ++j) v[r][j] = f[r] / t[2] * (m[r][j] - bounded * m[2][j]) * std::exp(T(g.log_scale[j]));

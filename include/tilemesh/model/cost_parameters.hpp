@@ -84,8 +84,10 @@ struct KernelWork {
     static constexpr std::uint32_t copied = (copy_arrives + copy_leaves) / 2;
     /// A level of heap sort: compare the larger of two keys with a third key, and move 3 words.
     static constexpr std::uint32_t comparison = 30;
-    /// The host's fast blending, in tenths of a flop; bench/ uses the same number for its roofline.
-    static constexpr std::uint32_t tenth_flops_a_pair = 184;
+    /// Fast blending in cells, in tenths of a flop (splat/blending_cells.hpp; a fused multiplication is two): a quarter of a column's exponents
+    /// and two powers, 10; the recurrence, 1; weight and cuts, 4; three colours, 6. bench/ uses the same number for its roofline. In forward
+    /// mode, tracking has blocks of its own (splat/pose/).
+    static constexpr std::uint32_t tenth_flops_a_pair = 210, tenth_flops_a_tracked_pair = 184;
     /// RGBX8: 81 instructions to clamp, round and pack, 4 stores to begin, 4 loads, 4 for the loop.
     static constexpr std::uint32_t pixel = 93;
     /// Tracking (splat/pose/). Flops and selects of a pair in forward mode, besides those of blending; flops that its depth adds; flops,

@@ -126,7 +126,7 @@ TILEMESH_HOST CostModel mk2()
             "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" +
                 text(Work::copy_leaves) + ")");
     counted("comparison", Work::comparison, "a level of heap sort, two compares and three words moved");
-    set_price(m, "pair", d::pair_millicycles(), "arithmetic: 18.4 flops (the host's fast blending) at " + scalar);
+    set_price(m, "pair", d::pair_millicycles(), "arithmetic: 21 flops (fast blending in cells) at " + scalar);
     set_price(m, "pixel", Work::pixel * d::six_workers,
                   "arithmetic: " + text(Work::pixel) +
                       " instructions of our code (compiled for RV32IMF) for an RGBX8 pixel on 6 workers, "
@@ -137,7 +137,7 @@ TILEMESH_HOST CostModel mk2()
     auto const work = [&](std::uint64_t flops, std::uint64_t roots, std::uint64_t others) {
         return text(flops) + " flops at " + scalar + ", " + text(roots) + " divisions of 5 slots (poplibs), " + text(others) + " other operations";
     };
-    set_price(m, "moving_pair", d::millicycles_of(Work::tenth_flops_a_pair + 10 * Work::moving_flops) + Work::moving_others * d::six_workers,
+    set_price(m, "moving_pair", d::millicycles_of(Work::tenth_flops_a_tracked_pair + 10 * Work::moving_flops) + Work::moving_others * d::six_workers,
               "arithmetic: a pair, and " + work(Work::moving_flops, 0, Work::moving_others) + " for its derivatives, on 6 workers");
     set_price(m, "moving_depth", d::millicycles_of(10 * Work::moving_depth_flops),
               "arithmetic: " + text(Work::moving_depth_flops) + " flops at " + scalar);
