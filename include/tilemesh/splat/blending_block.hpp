@@ -132,10 +132,6 @@ TILEMESH_KERNEL void blend_hits(Strip<N, HasDepth>& s, Chunk<Size> const& c, std
     }
 }
 
-/// The number of splats that a block blends before it checks whether all its pixels have stopped. 64 is early enough for walls of opaque
-/// splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
-inline constexpr std::uint32_t blended_between_looks = 64;
-
 /// Rows [First, Last) of a strip: blends the splats `hits[listed[0]]` to `hits[listed[n - 1]]`, whose alphas are known.
 template <class Stop, std::uint32_t First, std::uint32_t Last, std::uint32_t N, class AnyBlock, std::uint32_t Size>
 TILEMESH_KERNEL void blend_known_rows(AnyBlock& block, Chunk<Size> const& c, std::uint32_t const* hits, AllRows<N> const* alphas,

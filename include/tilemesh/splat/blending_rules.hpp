@@ -18,6 +18,9 @@ inline constexpr std::uint32_t cell_width = 8, cell_height = 4;
 inline constexpr std::uint32_t pairs_a_count = 16;
 
 namespace detail {
+/// The number of splats that a block or a cell blends before it checks whether all its pixels have stopped. 64 is early enough for walls of
+/// opaque splats (tests/stability/opacity.cpp, row 55), and the check is rare enough to cost nothing.
+inline constexpr std::uint32_t blended_between_looks = 64;
 /// The alignment of data that is read and written as vectors: a vector that straddles two cache lines costs two accesses.
 inline constexpr std::uint32_t vector_bytes = most_native_lanes * sizeof(float);
 
