@@ -2,7 +2,7 @@
 # The form mpi also takes -DMPIEXEC=LAUNCHER, -DMPIEXEC_NUMBER=ITS_FLAG and -DMPI_SUFFIX=MPI_EXECUTABLE_SUFFIX.
 # One way to get the library, as a stranger would: from nothing, with the stranger's own flags, to the program's output.
 cmake_minimum_required(VERSION 3.25)
-set(flags -O1 -Wall -Wextra -Wconversion -Wshadow -Werror)
+set(flags -O0 -Wall -Wextra -Wconversion -Wshadow -Werror)
 list(JOIN flags " " CMAKE_CXX_FLAGS)
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 set(prefix "${WORK}/prefix") # what the form `install` makes, for the others

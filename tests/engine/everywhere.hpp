@@ -1,6 +1,6 @@
 #pragma once
+#include "../short_form.hpp"
 #include <cstdint>
-#include <cstdlib>
 #include <doctest/doctest.h>
 #include <memory>
 #include <string>
@@ -14,12 +14,7 @@
 namespace engine_test {
 using namespace tilemesh;
 
-/// TILEMESH_FAST=1 shrinks heavy cases, for sanitizer runs.
-inline bool fast()
-{
-    char const* const value = std::getenv("TILEMESH_FAST");
-    return value != nullptr && std::string(value) == "1";
-}
+using tests::fast;
 
 /// SplitMix64: it gives the same numbers with every compiler and library.
 class Random {

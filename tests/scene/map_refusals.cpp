@@ -86,6 +86,7 @@ TEST_CASE("a compressed map that is cut anywhere is refused")
 
 TEST_CASE("a compressed map with any changed byte is refused or finite")
 {
+    constexpr int changes[] = {1, 0x80, 0xff}; // the short form makes one change of each byte
     for (bool real : {false, true}) {
         Packing const packing = real ? real_packing() : Packing{};
         for (auto const& [format, bytes, ignored] : samples(packing)) {
@@ -93,7 +94,8 @@ TEST_CASE("a compressed map with any changed byte is refused or finite")
             CAPTURE(name);
             std::size_t broken = 0, refused = 0;
             for (std::size_t at = 0; at < bytes.size(); at += bytes.size() < 2000 ? 1 : 5)
-                for (int change : {1, 0x80, 0xff}) {
+                for (int change : changes) {
+                    if (fast() && change != changes[at % 3]) continue;
                     Bytes changed = bytes;
                     changed[at] = static_cast<char>(changed[at] ^ change);
                     bool whole = true;

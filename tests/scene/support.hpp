@@ -1,4 +1,5 @@
 #pragma once
+#include "../short_form.hpp"
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -14,6 +15,8 @@
 
 // Shared by the scene tests: files that remove themselves, the folder of real data, error texts.
 namespace scene_test {
+
+using tests::fast;
 
 /// A file with these bytes in the temporary folder; gone at the end of its scope.
 class TempFile {

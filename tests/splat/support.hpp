@@ -1,4 +1,5 @@
 #pragma once
+#include "../short_form.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,12 +17,7 @@
 namespace support {
 using namespace tilemesh;
 
-/// TILEMESH_FAST=1 makes heavy cases smaller, for sanitizer runs.
-inline bool fast()
-{
-    char const* const value = std::getenv("TILEMESH_FAST");
-    return value != nullptr && std::string(value) == "1";
-}
+using tests::fast;
 
 /// The folder with real maps, from the environment variable TILEMESH_DATA or the build's option of that name; empty if neither is set.
 inline std::filesystem::path data()

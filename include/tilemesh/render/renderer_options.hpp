@@ -30,7 +30,7 @@ struct RendererOptions {
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
     /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
     std::uint32_t most_passes = 0;
-    /// Only for renderers that have both programs (render/auto_renderer.hpp): the one that renders.
+    /// Only for renderers that have both programs (auto_renderer.hpp): the one that renders.
     report::Program program = report::Program::automatic;
     /// Only for the program of homes: a limit for its rounds; 0: until the picture is complete. `fold`: the frame is folded over the grid.
     std::uint32_t rounds = 0;
