@@ -84,6 +84,32 @@ TEST_CASE("the program of the traffic example runs on CheckedMesh, with the coun
     CHECK(hops == run.messages()); // each pass counts its own hops
 }
 
+TEST_CASE("within an observer, the last superstep of the trace is that of the event")
+{
+    auto const check = [](auto& mesh) {
+        std::size_t events = 0;
+        std::uint64_t hops = 0;
+        mesh.observe([&](SuperstepEvent const& event) {
+            REQUIRE(mesh.trace().supersteps.size() == ++events);
+            auto const& superstep = mesh.trace().supersteps.back();
+            CHECK(superstep.step == event.step);
+            CHECK(superstep.tiles.size() == event.tile_runs);
+            std::uint64_t of_pass = 0;
+            for (auto const& tile : superstep.tiles) of_pass += tile.operations[Work::hop];
+            CHECK(of_pass == event.messages);
+            hops += of_pass;
+        });
+        auto const run = drive(mesh);
+        CHECK(hops == run.messages());
+        CHECK(events == run.steps[0].passes + run.steps[1].passes);
+    };
+    using Program = Sequence<Superstep<Forward>, UntilQuiet<Forward>>;
+    Mesh mesh{Program{}, Grid{8, 8}, Traced<Mk2>{}, {.threads = 2}};
+    CheckedMesh checked{Program{}, Grid{8, 8}, Traced<Mk2>{}};
+    check(mesh);
+    check(checked);
+}
+
 TEST_CASE("live_bytes are those of messages; a trace counts the 8-byte head of each end that carried something, too")
 {
     Mesh mesh{Sequence<Superstep<Forward>, UntilQuiet<Forward>>{}, Grid{8, 8}, Traced<Mk2>{}};

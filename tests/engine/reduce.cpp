@@ -1,6 +1,9 @@
 // test: unoptimised test asan tsan
 #include "control.hpp"
 #include "everywhere.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <vector>
 
 using namespace engine_test;
 
@@ -161,4 +164,48 @@ TEST_CASE("Reduce: a value and an operator of one's own say where the heaviest i
     for (std::uint32_t i = 1; i < grid.size(); ++i)
         if (p.mesh->state<Load>(grid.tile(i)).weight > p.mesh->state<Load>(grid.tile(best)).weight) best = i;
     for (std::uint32_t i = 0; i < grid.size(); ++i) CHECK(p.mesh->state<Reduced<Heaviest, ByWeight>>(grid.tile(i)).value.tile == best);
+}
+
+namespace {
+struct Span { float low, high; };
+struct Room { Span kelvin; };
+struct Cover { // an empty struct: the value of the tile that combines, and that of its neighbour to the east or south
+    Span operator()(Span mine, Span others) const noexcept { return {std::min(mine.low, others.low), std::max(mine.high, others.high)}; }
+};
+using Widest = tilemesh::Reduce<tilemesh::Member<&Room::kelvin>, Cover, tilemesh::ReduceTo::all>;
+
+struct Digits {
+    std::uint32_t value;
+};
+struct Append { // neither associative nor commutative
+    std::uint32_t operator()(std::uint32_t mine, std::uint32_t others) const noexcept { return 31 * others + mine; }
+};
+} // namespace
+
+TEST_CASE("Reduce: an operator without a name combines structs")
+{
+    auto const p = everywhere<Widest>({3, 2}, [](auto& mesh) {
+        for (auto [tile, room] : mesh.template states<Room>())
+            room.kelvin = {300 - static_cast<float>(tile.x()), 300 + static_cast<float>(tile.y())};
+    });
+    for (auto [tile, widest] : p.mesh->template states<Reduced<Member<&Room::kelvin>, Cover>>()) {
+        CHECK(widest.value.low == 298);
+        CHECK(widest.value.high == 301);
+    }
+}
+
+TEST_CASE("Reduce: the order is fixed, so that an operator need be neither associative nor commutative; without `all`, other tiles hold parts")
+{
+    using Program = Reduce<Member<&Digits::value>, Append>;
+    for (Grid const grid : {Grid{1, 1}, Grid{1, 5}, Grid{5, 1}, Grid{3, 4}}) {
+        CAPTURE(grid.width);
+        std::vector<std::uint32_t> values;
+        for (std::uint32_t i = 0; i < grid.size(); ++i) values.push_back(i + 1);
+        auto const p = everywhere<Program>(grid, [&](auto& mesh) {
+            for (std::uint32_t i = 0; i < grid.size(); ++i) mesh.template state<Digits>(grid.tile(i)).value = values[i];
+        });
+        auto const at = [&](std::uint32_t i) { return p.mesh->template state<Reduced<Member<&Digits::value>, Append>>(grid.tile(i)).value; };
+        CHECK(at(0) == reduce_on_host(values, grid, Append{}));
+        CHECK(at(grid.size() - 1) == grid.size()); // the part of the last tile is its own value
+    }
 }

@@ -1,9 +1,13 @@
 // test: unoptimised test asan tsan
 // The guide's machine, whose list takes the rest of the SRAM.
 #include "../engine/everywhere.hpp"
+#include <cstdint>
+#include <limits>
 #include <sstream>
+#include <string>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 
 using engine_test::error_of, engine_test::has;
@@ -61,4 +65,51 @@ TEST_CASE("a machine of one's own runs a program whose list takes the rest of it
     std::uint32_t sum = 0;
     for (auto const& region : tilemesh::Tile<Mine, Adding, Full>::ledger()) sum += region.bytes;
     CHECK(sum == Mine::sram_bytes);
+}
+
+namespace {
+std::uint64_t byte_price(double bytes_a_cycle)
+{
+    return tilemesh::assumed_model<Mine>(bytes_a_cycle, 100).exchange_millicycles_a_byte;
+}
+std::string source_of(tilemesh::CostModel const& model, std::string const& name)
+{
+    for (auto const& p : model.parameters)
+        if (p.name == name) return p.source;
+    return {};
+}
+} // namespace
+
+TEST_CASE("an assumed model takes any rate of bytes that has a price, and refuses the others")
+{
+    CHECK(byte_price(4) == 250);
+    CHECK(byte_price(32) == 31);
+    CHECK(byte_price(2.9) == 345); // 344.8
+    CHECK(byte_price(0.5) == 2000);
+    CHECK(byte_price(2000) == 1); // 0.5
+    CHECK(byte_price(0.00001) == 100'000'000);
+    auto const model = tilemesh::assumed_model<Mine>(0.5, 100);
+    CHECK(source_of(model, "exchange_byte") == "assumed: a tile receives 0.5 bytes in a cycle; rounded to whole millicycles");
+    for (double const rate : {0.0, -4.0, 2001.0, 0.000009, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+        CHECK(has(error_of([&] { (void)byte_price(rate); }), " bytes in a cycle (a byte takes 1 to 100,000,000 thousandths of a cycle: a rate from 0.00001 to 2,000)"));
+    CHECK(has(error_of([] { (void)byte_price(-2.5); }), "a tile cannot receive -2.5 bytes in a cycle"));
+}
+
+TEST_CASE("an assumed model says which numbers are mk2's, and for how many workers")
+{
+    auto const mk2 = tilemesh::mk2();
+    auto model = tilemesh::assumed_model<Mine>(4, 100);
+    for (std::string const name : {"pair", "pixel", "moving_pair", "moving_depth", "splat_motions", "row"}) {
+        CAPTURE(name);
+        CHECK(price_of(model, name) == price_of(mk2, name));
+        CHECK(source_of(model, name) == "kept from mk2, because all workers of a tile, here 4, issue one instruction a cycle together; " + source_of(mk2, name));
+    }
+    CHECK(source_of(model, "run") == "kept from mk2; " + source_of(mk2, "run"));
+    CHECK(source_of(model, "exchange") == "kept from mk2; " + source_of(mk2, "exchange"));
+    CHECK(price_of(model, "slot") == 4 * 4000); // four instructions of one worker
+    CHECK(price_of(model, "host_byte") == 16);  // 0.5 GHz over 32 GB/s is 0.0156
+    set_parameter(model, "exchange_byte", 300, "measured");
+    std::ostringstream out;
+    write_cost_model(out, model);
+    CHECK(has(out.str(), "measured"));
 }

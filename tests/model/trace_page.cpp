@@ -74,7 +74,7 @@ bool is_sound(std::string html)
         if (has(html, none)) return false;
     return elements_close(html);
 }
-struct Other {
+struct Other : Mk2 {
     static constexpr char const* name = "other";
     static constexpr std::uint32_t workers = 3, clock_khz = 7;
 };

@@ -43,8 +43,8 @@ struct CheckedMeshOptions {
 /// the size of a list. Cost: about the live words of every tile, in each superstep.
 template <class Program, class Machine = Mk2>
 class CheckedMesh : public engine::TileStore<Program, true> {
-    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
-                                       "one: give its Machine");
+    static_assert(is_machine<Machine>, "no machine (it has the members name, tiles, sram_bytes, code_bytes, workers and clock_khz, as "
+                                       "Mk2 has); look for a misspelt one; a setup is not one: give its Machine");
     using Base = engine::TileStore<Program, true>;
     using Run = engine::Run<Program, is_traced<Machine>>;
     friend Run;

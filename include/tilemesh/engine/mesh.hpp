@@ -68,8 +68,8 @@ struct Bank {
 /// broken contracts on all tiles.
 template <class Program, class Machine = Mk2>
 class Mesh : public engine::TileStore<Program, false> {
-    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
-                                       "one: give its Machine");
+    static_assert(is_machine<Machine>, "no machine (it has the members name, tiles, sram_bytes, code_bytes, workers and clock_khz, as "
+                                       "Mk2 has); look for a misspelt one; a setup is not one: give its Machine");
     using Base = engine::TileStore<Program, false>;
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;

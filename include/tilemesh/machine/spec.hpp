@@ -37,17 +37,12 @@ struct MachineSize {
     std::uint32_t workers;
     std::uint32_t clock_khz;
 };
-template <class Machine>
-constexpr MachineSize size_of_machine() noexcept
-{
-    return {Machine::name, Machine::tiles, Machine::sram_bytes, Machine::code_bytes, Machine::workers, Machine::clock_khz};
-}
-
 namespace detail {
 template <class M, class = void>
 inline constexpr bool is_machine = false;
 template <class M>
-inline constexpr bool is_machine<M, std::void_t<decltype(M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz)>> = true;
+inline constexpr bool is_machine<M, std::void_t<decltype(M::name[0] + M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz)>> =
+    true;
 } // namespace detail
 
 /// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, so they share code.
@@ -56,5 +51,16 @@ struct AnyMachine {};
 /// Does M describe a machine? Engines and layouts accept only such types.
 template <class M>
 inline constexpr bool is_machine = detail::is_machine<M> || std::is_base_of_v<AnyMachine, M>;
+
+template <class Machine>
+constexpr MachineSize size_of_machine() noexcept
+{
+    static_assert(detail::is_machine<Machine>, "no machine (it has the members name, tiles, sram_bytes, code_bytes, workers and clock_khz, as "
+                                               "Mk2 has); look for a misspelt one");
+    if constexpr (detail::is_machine<Machine>)
+        return {Machine::name, Machine::tiles, Machine::sram_bytes, Machine::code_bytes, Machine::workers, Machine::clock_khz};
+    else
+        return {}; // so that the sentence above is the first error
+}
 
 }} // namespace tilemesh

@@ -42,8 +42,8 @@ struct PoplarOptions {
 /// reported.
 template <class Program, class Machine = Mk2>
 class PoplarMesh : public engine::TileStore<Program, false> {
-    static_assert(is_machine<Machine>, "no machine (it has tiles, sram_bytes, code_bytes, workers and clock_khz, as Mk2 has); a setup is not "
-                                       "one: give its Machine");
+    static_assert(is_machine<Machine>, "no machine (it has the members name, tiles, sram_bytes, code_bytes, workers and clock_khz, as "
+                                       "Mk2 has); look for a misspelt one; a setup is not one: give its Machine");
     using Base = engine::TileStore<Program, false>;
     using Builder = on_poplar::ProgramGraph<Program, Machine>;
     using Log = on_poplar::TileLog<Program>;
