@@ -8,7 +8,7 @@
 namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
-TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes_a_cycle, std::uint64_t barrier_cycles);
+TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes, std::uint64_t barrier_cycles);
 } // namespace model_detail
 
 /// The numbers of mk2() adapted to another machine of which no better numbers are known. The source of an assumed number begins with

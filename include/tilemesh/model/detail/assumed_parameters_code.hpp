@@ -16,19 +16,19 @@ namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
 /// The price of a byte, in thousandths of a cycle.
-TILEMESH_HOST std::uint64_t millicycles_a_byte(double bytes_a_cycle, std::string const& rate)
+TILEMESH_HOST std::uint64_t millicycles_a_byte(double bytes, std::string const& rate)
 {
-    double const price = bytes_a_cycle > 0 ? std::floor(1000 / bytes_a_cycle + 0.5) : 0;
+    double const price = bytes > 0 ? std::floor(1000 / bytes + 0.5) : 0;
     if (!(price >= 1 && price <= static_cast<double>(most_millicycles)))
         throw Error("a tile cannot receive " + rate + " bytes in a cycle (a byte takes 1 to " + report::thousands(most_millicycles) +
                     " thousandths of a cycle: a rate from 0.00001 to 2,000); give it a rate in this range");
     return static_cast<std::uint64_t>(price);
 }
 
-TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes_a_cycle, std::uint64_t barrier_cycles)
+TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes, std::uint64_t barrier_cycles)
 {
     std::array<char, 32> digits{};
-    std::string const rate(digits.data(), write_number(digits.data(), digits.data() + digits.size(), bytes_a_cycle).ptr);
+    std::string const rate(digits.data(), write_number(digits.data(), digits.data() + digits.size(), bytes).ptr);
     auto model = mk2();
     model.name = machine.name;
     for (auto& p : model.parameters) { // what the lines below do not set is mk2's, and says so
@@ -44,7 +44,7 @@ TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes_a
                   "assumed: mk2's instructions, of which a worker issues one in " + std::to_string(machine.workers) + " cycles");
     set_price(model, host_byte, (machine.clock_khz + host_link_bytes_a_us - 1) / host_link_bytes_a_us,
               "arithmetic: mk2's host link, 32 GB/s, in cycles of this clock; no kernel counts it");
-    set_parameter(model, "exchange_byte", millicycles_a_byte(bytes_a_cycle, rate),
+    set_parameter(model, "exchange_byte", millicycles_a_byte(bytes, rate),
                   "assumed: a tile receives " + rate + " bytes in a cycle; rounded to whole millicycles");
     set_parameter(model, "sync", barrier_cycles, "assumed");
     set_parameter(model, "vote", 2 * barrier_cycles, "assumed: there and back");
