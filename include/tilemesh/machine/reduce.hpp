@@ -5,8 +5,8 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-/// An operator of `Reduce`. It combines two values into one: an empty functor `T operator()(T mine, T others) const noexcept` with a
-/// `name`.
+/// An operator of `Reduce`. It combines two values into one: an empty functor `T operator()(T mine, T others) const noexcept`. It may have a
+/// `name`; otherwise the type's name is used. It need be neither associative nor commutative.
 struct Sum {
     static constexpr char const* name = "sum";
     template <class T>
@@ -46,7 +46,7 @@ struct And {
 enum class ReduceTo : std::uint32_t { one, all };
 
 /// The value that a tile contributes to a `Reduce`: a member of a state, `Member<&Cell::kelvin>`. To contribute a computed value, write an
-/// empty functor `float operator()(Cell const&, Pile const&) const noexcept` with a `name`. It takes states by const reference, broadcasts
+/// empty functor `float operator()(Cell const&, Pile const&) const noexcept`. It takes states by const reference, broadcasts
 /// and `Here`.
 template <auto Pointer>
 struct Member;
