@@ -50,16 +50,11 @@ inline constexpr float steepest_rise = 37.0f, sharpest = 4.0f, lowest_exponent =
 /// alpha of the recurrence is below the opacity times 1 + 2^-16. So a splat whose opacity is less than this share of alpha_max needs no clamp.
 inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 
-/// The columns of a cell that are computed at once.
+/// The columns of a cell that are computed at once, for a target with N lanes. With 16 lanes, two rows in one vector take longer than a row of 8
+/// lanes with 32 registers: .93 to 1.22 of the time of blending (Zen 5; bench/frame/README.md).
 template <std::uint32_t N>
 inline constexpr std::uint32_t columns_at_once = N < cell_width ? N : cell_width;
-/// A cell's rows as vectors of N lanes: one a row, or with 16 lanes one for two rows. `stride`: floats from one to the next.
-template <std::uint32_t N>
-inline constexpr std::uint32_t row_vectors = N > cell_width ? 2 : 4;
-template <std::uint32_t N>
-inline constexpr std::uint32_t row_stride = N > cell_width ? N : cell_width;
-template <std::uint32_t N>
-using RowVectors = std::make_integer_sequence<std::uint32_t, row_vectors<N>>;
+using CellRows = std::make_integer_sequence<std::uint32_t, cell_height>;
 
 /// The splats that are blended at a time, at most.
 template <std::uint32_t Size>
@@ -68,10 +63,8 @@ inline constexpr std::uint32_t batch_of = Size < 64 ? Size : 64;
 /// What a batch of splats has in the columns of a vector. `rows` is alpha first, then w.
 template <std::uint32_t N, std::uint32_t Most>
 struct alignas(vector_bytes) Batch {
-    static constexpr std::uint32_t width = columns_at_once<N>;
-    static constexpr bool recurs = N <= cell_width; ///< `weigh` computes alpha down the rows; otherwise `start` does
-    float first[recurs ? Most : 1][width], ratio[recurs ? Most : 1][width];
-    float rows[Most][cell_height][width];
+    float first[Most][N], ratio[Most][N];
+    float rows[Most][cell_height][N];
 };
 
 /// The powers of a splat in the first row of a cell, and its rise to the second row: log2 of alpha, and of the ratio.
@@ -100,52 +93,35 @@ TILEMESH_KERNEL Exponents<W> exponents(CellChunk<Size> const& c, std::uint32_t i
 }
 /// Stores alpha of all rows. Down a column alpha is a Gaussian of the row, so each ratio of two neighbours is the previous ratio times a
 /// constant q = 2^(2 across).
-template <std::uint32_t N, std::uint32_t W>
-TILEMESH_KERNEL void put_rows(float (&rows)[cell_height][W], Floats<W> const& first, Floats<W> const& first_ratio, float q) noexcept
+template <std::uint32_t N>
+TILEMESH_KERNEL void put_rows(float (&rows)[cell_height][N], Floats<N> const& first, Floats<N> const& first_ratio, float q) noexcept
 {
     static_assert(cell_height == 4, "the rows are written out");
-    Floats<W> const second = first * first_ratio, ratio = q * first_ratio, third = second * ratio, fourth = third * (q * ratio);
-    if constexpr (N == W) {
-        put<W>(rows[0], first), put<W>(rows[1], second), put<W>(rows[2], third), put<W>(rows[3], fourth);
-    } else { // in the vectors that are loaded next: a core cannot forward two stores to one load
-        Floats<N> upper, lower;
-        join(first, second, upper), join(third, fourth, lower);
-        put<N>(rows[0], upper), put<N>(rows[2], lower);
-    }
+    Floats<N> const second = first * first_ratio, ratio = q * first_ratio, third = second * ratio, fourth = third * (q * ratio);
+    put<N>(rows[0], first), put<N>(rows[1], second), put<N>(rows[2], third), put<N>(rows[3], fourth);
 }
-/// The powers of two of one splat. With 16 lanes, one power of 16 lanes is both, and the rows follow at once.
+/// The powers of two of one splat.
 template <class Rule, std::uint32_t N, std::uint32_t Most>
-TILEMESH_KERNEL void put_first(Batch<N, Most>& to, std::uint32_t h, Exponents<columns_at_once<N>> const& e, [[maybe_unused]] float q) noexcept
+TILEMESH_KERNEL void put_first(Batch<N, Most>& to, std::uint32_t h, Exponents<N> const& e) noexcept
 {
-    constexpr std::uint32_t W = columns_at_once<N>;
-    if constexpr (Batch<N, Most>::recurs) {
-        auto const lowest = broadcast<W>(lowest_exponent);
-        put<W>(to.first[h], power_of_two<Rule::degree, W>(at_least<W>(e.power, lowest)));
-        put<W>(to.ratio[h], power_of_two<Rule::degree, W>(between<W>(e.rise, lowest, broadcast<W>(steepest_rise))));
-    } else {
-        Floats<N> both;
-        join(e.power, e.rise, both);
-        both = power_of_two<Rule::degree, N>(between<N>(both, broadcast<N>(lowest_exponent), broadcast<N>(steepest_rise)));
-        Floats<W> first, ratio;
-        split(both, first, ratio);
-        put_rows<N>(to.rows[h], first, ratio, q);
-    }
+    auto const lowest = broadcast<N>(lowest_exponent);
+    put<N>(to.first[h], power_of_two<Rule::degree, N>(at_least<N>(e.power, lowest)));
+    put<N>(to.ratio[h], power_of_two<Rule::degree, N>(between<N>(e.rise, lowest, broadcast<N>(steepest_rise))));
 }
 /// The first row of a batch. The exponents of the next splat are computed while this splat's powers are: so no chain of operations is longer
 /// than a core looks ahead. One number more is read.
 template <class Rule, std::uint32_t N, std::uint32_t Most, std::uint32_t Size, class Number>
 TILEMESH_KERNEL void start(Batch<N, Most>& to, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
-                           Floats<columns_at_once<N>> const& xs, float y) noexcept
+                           Floats<N> const& xs, float y) noexcept
 {
-    constexpr std::uint32_t W = columns_at_once<N>;
-    auto next = exponents<W>(c, list[0], xs, y);
+    auto next = exponents<N>(c, list[0], xs, y);
 #if defined(__clang__)
 #    pragma clang loop unroll(disable) // lists are short: the rest of an unrolled loop costs more than it saves
 #endif
     for (std::uint32_t h = 0; h < n; ++h) {
         auto const now = next;
-        next = exponents<W>(c, list[h + 1], xs, y);
-        put_first<Rule, N>(to, h, now, c.q[list[h]]);
+        next = exponents<N>(c, list[h + 1], xs, y);
+        put_first<Rule, N>(to, h, now);
     }
 }
 
@@ -154,14 +130,13 @@ template <class Rule>
 struct CorrectRows {
     template <class Set, std::uint32_t N, std::uint32_t Most, std::uint32_t Size, class Number>
     TILEMESH_KERNEL static void run(Batch<N, Most>& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n, CellPlace const& at,
-                                    std::uint32_t column, Floats<columns_at_once<N>> const& xs, float alpha_max) noexcept
+                                    std::uint32_t column, Floats<N> const& xs, float alpha_max) noexcept
     {
-        constexpr std::uint32_t W = columns_at_once<N>;
         for (std::uint32_t h = 0; h < n; ++h) {
             std::uint32_t const i = list[h];
-            if constexpr (Batch<N, Most>::recurs) put_rows<N>(batch.rows[h], load<W>(batch.first[h]), load<W>(batch.ratio[h]), c.q[i]);
+            put_rows<N>(batch.rows[h], load<N>(batch.first[h]), load<N>(batch.ratio[h]), c.q[i]);
             if (c.special[i] == 0) continue;
-            for (std::uint32_t k = 0; k < cell_height; ++k) correct<W>(batch.rows[h][k], c, i, at, column, at.row + k, xs, alpha_max);
+            for (std::uint32_t k = 0; k < cell_height; ++k) correct<N>(batch.rows[h][k], c, i, at, column, at.row + k, xs, alpha_max);
         }
     }
 
@@ -192,7 +167,7 @@ private:
 /// What `weigh` changes: T of a vector's pixels, and the pairs that contributed.
 template <std::uint32_t N>
 struct Weighing {
-    Floats<N> t[row_vectors<N>];
+    Floats<N> t[cell_height];
     Words<N> seen;
 };
 /// The cuts of the rules, in all lanes.
@@ -213,10 +188,7 @@ TILEMESH_KERNEL Floats<N> weighed(Floats<N>& t, Words<N>& seen, Floats<N> const&
     }
     Floats<N> const weight = floats_of<N>(bits_of<N>(alpha) & in) * t;
     t = t - weight;
-    if constexpr (N == 16)
-        seen = in ? seen + 1 : seen;
-    else
-        seen -= in; // all bits set are -1
+    seen -= in; // all bits set are -1
     return weight;
 }
 template <class Stop, std::uint32_t N, std::uint32_t... V>
@@ -243,21 +215,14 @@ template <std::uint32_t N, class AnyCell, std::uint32_t... V>
 TILEMESH_KERNEL void load_weighing(Weighing<N>& s, AnyCell const& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     s.seen = Words<N>{};
-    ((s.t[V] = load<N>(&cell.transmittance[0][0] + V * row_stride<N> + column)), ...);
+    ((s.t[V] = load<N>(&cell.transmittance[0][0] + V * cell_width + column)), ...);
 }
 template <std::uint32_t N, class AnyCell, std::uint32_t... V>
 TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    (put<N>(&cell.transmittance[0][0] + V * row_stride<N> + column, s.t[V]), ...);
-    constexpr std::uint32_t W = columns_at_once<N>;
+    (put<N>(&cell.transmittance[0][0] + V * cell_width + column, s.t[V]), ...);
     std::int32_t* const to = cell.contributing + column;
-    if constexpr (N == W) {
-        store(to, Words<N>(load_words<N>(to) + s.seen));
-    } else {
-        Words<W> upper, lower;
-        split(s.seen, upper, lower);
-        store(to, Words<W>(load_words<W>(to) + upper + lower));
-    }
+    store(to, Words<N>(load_words<N>(to) + s.seen));
 }
 /// 1 if a pixel of the vectors goes on, else 0.
 template <std::uint32_t N, std::uint32_t... V>
@@ -265,17 +230,10 @@ TILEMESH_KERNEL std::uint32_t goes_on(Weighing<N> const& s, Cuts<N> const& least
 {
     Words<N> const going = ((s.t[V] >= least.transmittance) | ...);
     if constexpr (N > 4) {
-        Words<N / 2> low, high;
+        Words<4> low, high;
         split(going, low, high);
-        Words<4> quarter;
-        if constexpr (N == 16) {
-            Words<4> other;
-            split(Words<8>(low | high), quarter, other);
-            quarter |= other;
-        } else {
-            quarter = low | high;
-        }
-        return (quarter[0] | quarter[1] | quarter[2] | quarter[3]) != 0 ? 1u : 0u;
+        low |= high;
+        return (low[0] | low[1] | low[2] | low[3]) != 0 ? 1u : 0u;
     } else {
         std::int32_t any = 0;
         for (std::uint32_t i = 0; i < N; ++i) any |= going[i];
@@ -288,7 +246,7 @@ TILEMESH_KERNEL std::uint32_t weigh(Batch<N, Most>& batch, AnyCell& cell, CellCh
                                     std::uint32_t column, Rules const& rules) noexcept
 {
     Weighing<N> s;
-    load_weighing<N>(s, cell, column, RowVectors<N>{});
+    load_weighing<N>(s, cell, column, CellRows{});
     Cuts<N> const least{broadcast<N>(rules.alpha_min), broadcast<N>(rules.transmittance_min)};
 #if defined(__clang__)
 #    pragma clang loop unroll(disable)
@@ -297,15 +255,15 @@ TILEMESH_KERNEL std::uint32_t weigh(Batch<N, Most>& batch, AnyCell& cell, CellCh
         if constexpr (Recurs)
             weigh_recurring<Stop, N>(s, batch, h, c.q[list[h]], least);
         else
-            weigh_rows<Stop, N>(s, &batch.rows[h][0][0], least, RowVectors<N>{});
+            weigh_rows<Stop, N>(s, &batch.rows[h][0][0], least, CellRows{});
     }
-    store_weighing<N>(s, cell, column, RowVectors<N>{});
-    return goes_on<N>(s, least, RowVectors<N>{});
+    store_weighing<N>(s, cell, column, CellRows{});
+    return goes_on<N>(s, least, CellRows{});
 }
 
 /// Adds w times three words of a splat to three fields of the state.
 template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void add_colour(Floats<N> (&r)[row_vectors<N>], Floats<N> (&g)[row_vectors<N>], Floats<N> (&b)[row_vectors<N>], float const* rows,
+TILEMESH_KERNEL void add_colour(Floats<N> (&r)[cell_height], Floats<N> (&g)[cell_height], Floats<N> (&b)[cell_height], float const* rows,
                                 CellSplat const& s, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     float const red = s.red, green = s.green, blue = s.blue;
@@ -315,34 +273,34 @@ TILEMESH_KERNEL void add_colour(Floats<N> (&r)[row_vectors<N>], Floats<N> (&g)[r
     ((b[V] = multiply_add_lanes<N>(blue, w[V], b[V])), ...);
 }
 template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void load_field(Floats<N> (&v)[row_vectors<N>], float const* from, std::integer_sequence<std::uint32_t, V...>) noexcept
+TILEMESH_KERNEL void load_field(Floats<N> (&v)[cell_height], float const* from, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    ((v[V] = load<N>(from + V * row_stride<N>)), ...);
+    ((v[V] = load<N>(from + V * cell_width)), ...);
 }
 template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void store_field(Floats<N> const (&v)[row_vectors<N>], float* to, std::integer_sequence<std::uint32_t, V...>) noexcept
+TILEMESH_KERNEL void store_field(Floats<N> const (&v)[cell_height], float* to, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    (put<N>(to + V * row_stride<N>, v[V]), ...);
+    (put<N>(to + V * cell_width, v[V]), ...);
 }
 /// C += w c.
 template <std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
 TILEMESH_KERNEL void colour(AnyCell& cell, Batch<N, Most> const& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
                             std::uint32_t column) noexcept
 {
-    Floats<N> r[row_vectors<N>], g[row_vectors<N>], b[row_vectors<N>];
-    load_field<N>(r, &cell.red[0][0] + column, RowVectors<N>{});
-    load_field<N>(g, &cell.green[0][0] + column, RowVectors<N>{});
-    load_field<N>(b, &cell.blue[0][0] + column, RowVectors<N>{});
+    Floats<N> r[cell_height], g[cell_height], b[cell_height];
+    load_field<N>(r, &cell.red[0][0] + column, CellRows{});
+    load_field<N>(g, &cell.green[0][0] + column, CellRows{});
+    load_field<N>(b, &cell.blue[0][0] + column, CellRows{});
 #if defined(__clang__)
 #    pragma clang loop unroll(disable)
 #endif
-    for (std::uint32_t h = 0; h < n; ++h) add_colour<N>(r, g, b, &batch.rows[h][0][0], c.splats[list[h]], RowVectors<N>{});
-    store_field<N>(r, &cell.red[0][0] + column, RowVectors<N>{});
-    store_field<N>(g, &cell.green[0][0] + column, RowVectors<N>{});
-    store_field<N>(b, &cell.blue[0][0] + column, RowVectors<N>{});
+    for (std::uint32_t h = 0; h < n; ++h) add_colour<N>(r, g, b, &batch.rows[h][0][0], c.splats[list[h]], CellRows{});
+    store_field<N>(r, &cell.red[0][0] + column, CellRows{});
+    store_field<N>(g, &cell.green[0][0] + column, CellRows{});
+    store_field<N>(b, &cell.blue[0][0] + column, CellRows{});
 }
 template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void add_depth(Floats<N> (&sum)[row_vectors<N>], Floats<N> (&z)[row_vectors<N>], float const* rows, float depth,
+TILEMESH_KERNEL void add_depth(Floats<N> (&sum)[cell_height], Floats<N> (&z)[cell_height], float const* rows, float depth,
                                std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     ((sum[V] = sum[V] + load<N>(rows + V * N)), ...);
@@ -353,12 +311,12 @@ template <std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size
 TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
                             std::uint32_t column) noexcept
 {
-    Floats<N> sum[row_vectors<N>], z[row_vectors<N>];
-    load_field<N>(sum, &cell.weight[0][0] + column, RowVectors<N>{});
-    load_field<N>(z, &cell.depth[0][0] + column, RowVectors<N>{});
-    for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], c.splats[list[h]].depth, RowVectors<N>{});
-    store_field<N>(sum, &cell.weight[0][0] + column, RowVectors<N>{});
-    store_field<N>(z, &cell.depth[0][0] + column, RowVectors<N>{});
+    Floats<N> sum[cell_height], z[cell_height];
+    load_field<N>(sum, &cell.weight[0][0] + column, CellRows{});
+    load_field<N>(z, &cell.depth[0][0] + column, CellRows{});
+    for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], c.splats[list[h]].depth, CellRows{});
+    store_field<N>(sum, &cell.weight[0][0] + column, CellRows{});
+    store_field<N>(z, &cell.depth[0][0] + column, CellRows{});
 }
 
 /// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
@@ -370,19 +328,16 @@ struct BlendCell {
     TILEMESH_KERNEL static std::uint32_t run(AnyCell& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n, CellPlace const& at,
                                              std::uint32_t columns, bool special, Rules const& rules) noexcept
     {
-        constexpr std::uint32_t N = Set::most_lanes, W = columns_at_once<N>;
+        constexpr std::uint32_t N = columns_at_once<Set::most_lanes>;
         Batch<N, batch_of<Size>> batch;
         float const y = static_cast<float>(at.row) + 0.5f - at.cy;
         std::uint32_t going = 0;
-        for (std::uint32_t column = 0; column < cell_width; column += W) {
-            if ((columns >> column & ((1u << W) - 1)) == 0) continue;
-            Floats<W> const xs = __builtin_convertvector(counted_lanes<W>(), Floats<W>) + static_cast<float>(at.column + column) + 0.5f - at.cx;
+        for (std::uint32_t column = 0; column < cell_width; column += N) {
+            if ((columns >> column & ((1u << N) - 1)) == 0) continue;
+            Floats<N> const xs = __builtin_convertvector(counted_lanes<N>(), Floats<N>) + static_cast<float>(at.column + column) + 0.5f - at.cx;
             start<Rule, N>(batch, c, list, n, xs, y);
             if (special) Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
-            if (special || !decltype(batch)::recurs)
-                going |= weigh<Stop, false, N>(batch, cell, c, list, n, column, rules);
-            else if constexpr (decltype(batch)::recurs)
-                going |= weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
+            going |= special ? weigh<Stop, false, N>(batch, cell, c, list, n, column, rules) : weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
             colour<N>(cell, batch, c, list, n, column);
             if constexpr (AnyCell::has_depth) depths<N>(cell, batch, c, list, n, column);
         }
