@@ -80,15 +80,16 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
             if (routes) // without routing, the host places the records and counts the changes
                 if (!copy && Access::coverage_changed(here, frame, splats[i], r.here, bits)) ++changes;
             splats[i] = entry;
-            if (blooms) {
-                std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
-                                            (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
-                bits &= ~(wrong | wrong << 4 | Mark::owes);
-                if ((r.sides & ~bits) != 0 && (r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
-                    bits |= Mark::owes;
-                    ++pending.owing;
+            if constexpr (S::blooms)
+                if (blooms) {
+                    std::uint32_t const wrong = (forget ? Mark::all_sides : ~r.sides & Mark::all_sides) |
+                                                (frame.view_changed != 0 ? (bits & Mark::refused_any) >> 4 : 0u);
+                    bits &= ~(wrong | wrong << 4 | Mark::owes);
+                    if ((r.sides & ~bits) != 0 && (r.sides & child_sides(r.anchor, here.tile) & ~bits) != 0) {
+                        bits |= Mark::owes;
+                        ++pending.owing;
+                    }
                 }
-            }
             if (!copy) {
                 if (routes) {
                     bool const goes = r.visible && !(r.anchor == here.tile);
