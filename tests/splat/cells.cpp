@@ -224,6 +224,42 @@ TEST_CASE("cells: bits and counts do not depend on tiles and lanes")
     }
 }
 
+namespace {
+/// A tile's pixels, and the pairs of each of its cells.
+struct Counted {
+    std::vector<FloatPixel> pixels = std::vector<FloatPixel>(64 * 40);
+    PairCount counts[80] = {};
+};
+template <std::uint32_t Lanes>
+Counted blend_and_count(Scene const& scene)
+{
+    Rules rules = scene.rules;
+    rules.arithmetic = Arithmetic::fast;
+    auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };
+    Counted result;
+    blend_whole_tile<Lanes>(PixelRect{0, 64, 0, 40}, scene.camera, rules, static_cast<std::uint32_t>(scene.splats.size()), at,
+                            result.pixels.data(), 64, result.counts, 80);
+    return result;
+}
+} // namespace
+
+TEST_CASE("cells: two cells at once have the bits and the counts of each by itself")
+{
+    for (auto const& rules : all_rules())
+        for (std::uint32_t n : {1u, 60u, 130u, 900u}) {
+            auto gaussians = varied(n, 66 + n);
+            for (auto& g : gaussians) { // opaque walls over a few cells: neighbours stop at different splats
+                g.mean_world[0] *= 0.3f, g.mean_world[1] *= 0.3f;
+                if (static_cast<std::uint32_t>(g.id) % 9 == 0) g.opacity = 1, g.log_scale[0] = g.log_scale[1] = -2.5f;
+            }
+            Scene const scene(gaussians, support::lens(64, 40), rules);
+            auto const one = blend_and_count<8>(scene), two = blend_and_count<16>(scene), four = blend_and_count<4>(scene);
+            CHECK(std::memcmp(one.pixels.data(), two.pixels.data(), one.pixels.size() * sizeof(FloatPixel)) == 0);
+            CHECK(std::memcmp(one.counts, two.counts, sizeof one.counts) == 0);
+            CHECK(std::memcmp(one.counts, four.counts, sizeof one.counts) == 0);
+        }
+}
+
 TEST_CASE("cells: the cells that a splat reaches do not depend on the window")
 {
     Scene const scene(varied(900, 64), support::lens(256, 128), with([](Rules& m) { m.transmittance_min = 0; }));

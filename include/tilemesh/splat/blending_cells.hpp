@@ -17,6 +17,9 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> at_least(Floats<N> const& v, Floats<N> const& low) noexcept
 {
+#if defined(__AVX512F__) && !defined(__clang__)
+    if constexpr (N == 16) return __builtin_ia32_maxps512_mask(v, low, v, static_cast<unsigned short>(0xffff), 4); // 4: the current rounding
+#endif
 #if defined(__AVX__)
     if constexpr (N == 8) return __builtin_ia32_maxps256(v, low); // GCC 12 would compare and select
 #endif
@@ -29,6 +32,9 @@ TILEMESH_KERNEL Floats<N> at_least(Floats<N> const& v, Floats<N> const& low) noe
 template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> at_most(Floats<N> const& v, Floats<N> const& high) noexcept
 {
+#if defined(__AVX512F__) && !defined(__clang__)
+    if constexpr (N == 16) return __builtin_ia32_minps512_mask(v, high, v, static_cast<unsigned short>(0xffff), 4);
+#endif
 #if defined(__AVX__)
     if constexpr (N == 8) return __builtin_ia32_minps256(v, high);
 #endif
@@ -50,11 +56,39 @@ inline constexpr float steepest_rise = 37.0f, sharpest = 4.0f, lowest_exponent =
 /// alpha of the recurrence is below the opacity times 1 + 2^-16. So a splat whose opacity is less than this share of alpha_max needs no clamp.
 inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 
-/// The columns of a cell that are computed at once, for a target with N lanes. With 16 lanes, two rows in one vector take longer than a row of 8
-/// lanes with 32 registers: .93 to 1.22 of the time of blending (Zen 5; bench/frame/README.md).
+/// The columns of a cell that are computed at once, for a target with N lanes.
 template <std::uint32_t N>
 inline constexpr std::uint32_t columns_at_once = N < cell_width ? N : cell_width;
 using CellRows = std::make_integer_sequence<std::uint32_t, cell_height>;
+
+/// Two cells side by side, for a target whose vectors hold a row of both.
+template <class AnyCell>
+struct CellPair {
+    AnyCell &left, &right;
+};
+/// Row k of a field.
+template <std::uint32_t N, class AnyCell, class Field>
+TILEMESH_KERNEL Floats<N> load_row(AnyCell const& cell, Field field, std::uint32_t k, std::uint32_t column) noexcept
+{
+    if constexpr (N <= cell_width) {
+        return load<N>((cell.*field)[k] + column);
+    } else {
+        Floats<N> both;
+        join(load<cell_width>((cell.left.*field)[k]), load<cell_width>((cell.right.*field)[k]), both);
+        return both;
+    }
+}
+template <std::uint32_t N, class AnyCell, class Field>
+TILEMESH_KERNEL void store_row(AnyCell&& cell, Field field, std::uint32_t k, std::uint32_t column, Floats<N> const& v) noexcept
+{
+    if constexpr (N <= cell_width) {
+        put<N>((cell.*field)[k] + column, v);
+    } else {
+        Floats<cell_width> left, right;
+        split(v, left, right);
+        put<cell_width>((cell.left.*field)[k], left), put<cell_width>((cell.right.*field)[k], right);
+    }
+}
 
 /// The splats that are blended at a time, at most.
 template <std::uint32_t Size>
@@ -188,7 +222,10 @@ TILEMESH_KERNEL Floats<N> weighed(Floats<N>& t, Words<N>& seen, Floats<N> const&
     }
     Floats<N> const weight = floats_of<N>(bits_of<N>(alpha) & in) * t;
     t = t - weight;
-    seen -= in; // all bits set are -1
+    if constexpr (N > cell_width)
+        seen = in ? seen + 1 : seen; // one instruction where a compare gives bits
+    else
+        seen -= in; // all bits set are -1
     return weight;
 }
 template <class Stop, std::uint32_t N, std::uint32_t... V>
@@ -215,29 +252,49 @@ template <std::uint32_t N, class AnyCell, std::uint32_t... V>
 TILEMESH_KERNEL void load_weighing(Weighing<N>& s, AnyCell const& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     s.seen = Words<N>{};
-    ((s.t[V] = load<N>(&cell.transmittance[0][0] + V * cell_width + column)), ...);
+    ((s.t[V] = load_row<N>(cell, &CellFields::transmittance, V, column)), ...);
 }
 template <std::uint32_t N, class AnyCell, std::uint32_t... V>
-TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
+TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell&& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    (put<N>(&cell.transmittance[0][0] + V * cell_width + column, s.t[V]), ...);
-    std::int32_t* const to = cell.contributing + column;
-    store(to, Words<N>(load_words<N>(to) + s.seen));
+    (store_row<N>(cell, &CellFields::transmittance, V, column, s.t[V]), ...);
+    auto const add = [](std::int32_t* to, auto const& seen) noexcept {
+        constexpr std::uint32_t lanes = sizeof seen / 4;
+        store(to, Words<lanes>(load_words<lanes>(to) + seen));
+    };
+    if constexpr (N <= cell_width) {
+        add(cell.contributing + column, s.seen);
+    } else {
+        Words<cell_width> left, right;
+        split(s.seen, left, right);
+        add(cell.left.contributing, left), add(cell.right.contributing, right);
+    }
 }
-/// 1 if a pixel of the vectors goes on, else 0.
+/// 1 if a lane is set, else 0.
+template <std::uint32_t N>
+TILEMESH_KERNEL std::uint32_t any_pixel(Words<N> const& mask) noexcept
+{
+    if constexpr (N > 4) {
+        Words<N / 2> low, high;
+        split(mask, low, high);
+        return any_pixel<N / 2>(low | high);
+    } else {
+        std::int32_t any = 0;
+        for (std::uint32_t i = 0; i < N; ++i) any |= mask[i];
+        return any != 0 ? 1u : 0u;
+    }
+}
+/// 1 if a pixel of the cell goes on, else 0; of two cells, the right one's answer times 2 is added.
 template <std::uint32_t N, std::uint32_t... V>
 TILEMESH_KERNEL std::uint32_t goes_on(Weighing<N> const& s, Cuts<N> const& least, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     Words<N> const going = ((s.t[V] >= least.transmittance) | ...);
-    if constexpr (N > 4) {
-        Words<4> low, high;
-        split(going, low, high);
-        low |= high;
-        return (low[0] | low[1] | low[2] | low[3]) != 0 ? 1u : 0u;
+    if constexpr (N <= cell_width) {
+        return any_pixel<N>(going);
     } else {
-        std::int32_t any = 0;
-        for (std::uint32_t i = 0; i < N; ++i) any |= going[i];
-        return any != 0 ? 1u : 0u;
+        Words<cell_width> left, right;
+        split(going, left, right);
+        return any_pixel<cell_width>(left) | any_pixel<cell_width>(right) << 1;
     }
 }
 /// The weights w = alpha T of a batch. `Recurs`: alpha comes by recurrence, not from the rows. Returns whether a pixel goes on.
@@ -272,15 +329,17 @@ TILEMESH_KERNEL void add_colour(Floats<N> (&r)[cell_height], Floats<N> (&g)[cell
     ((g[V] = multiply_add_lanes<N>(green, w[V], g[V])), ...);
     ((b[V] = multiply_add_lanes<N>(blue, w[V], b[V])), ...);
 }
-template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void load_field(Floats<N> (&v)[cell_height], float const* from, std::integer_sequence<std::uint32_t, V...>) noexcept
+template <std::uint32_t N, class AnyCell, class Field, std::uint32_t... V>
+TILEMESH_KERNEL void load_field(Floats<N> (&v)[cell_height], AnyCell const& cell, Field field, std::uint32_t column,
+                                std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    ((v[V] = load<N>(from + V * cell_width)), ...);
+    ((v[V] = load_row<N>(cell, field, V, column)), ...);
 }
-template <std::uint32_t N, std::uint32_t... V>
-TILEMESH_KERNEL void store_field(Floats<N> const (&v)[cell_height], float* to, std::integer_sequence<std::uint32_t, V...>) noexcept
+template <std::uint32_t N, class AnyCell, class Field, std::uint32_t... V>
+TILEMESH_KERNEL void store_field(Floats<N> const (&v)[cell_height], AnyCell&& cell, Field field, std::uint32_t column,
+                                 std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    (put<N>(to + V * cell_width, v[V]), ...);
+    (store_row<N>(cell, field, V, column, v[V]), ...);
 }
 /// C += w c.
 template <std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
@@ -288,16 +347,16 @@ TILEMESH_KERNEL void colour(AnyCell& cell, Batch<N, Most> const& batch, CellChun
                             std::uint32_t column) noexcept
 {
     Floats<N> r[cell_height], g[cell_height], b[cell_height];
-    load_field<N>(r, &cell.red[0][0] + column, CellRows{});
-    load_field<N>(g, &cell.green[0][0] + column, CellRows{});
-    load_field<N>(b, &cell.blue[0][0] + column, CellRows{});
+    load_field<N>(r, cell, &CellFields::red, column, CellRows{});
+    load_field<N>(g, cell, &CellFields::green, column, CellRows{});
+    load_field<N>(b, cell, &CellFields::blue, column, CellRows{});
 #if defined(__clang__)
 #    pragma clang loop unroll(disable)
 #endif
     for (std::uint32_t h = 0; h < n; ++h) add_colour<N>(r, g, b, &batch.rows[h][0][0], c.splats[list[h]], CellRows{});
-    store_field<N>(r, &cell.red[0][0] + column, CellRows{});
-    store_field<N>(g, &cell.green[0][0] + column, CellRows{});
-    store_field<N>(b, &cell.blue[0][0] + column, CellRows{});
+    store_field<N>(r, cell, &CellFields::red, column, CellRows{});
+    store_field<N>(g, cell, &CellFields::green, column, CellRows{});
+    store_field<N>(b, cell, &CellFields::blue, column, CellRows{});
 }
 template <std::uint32_t N, std::uint32_t... V>
 TILEMESH_KERNEL void add_depth(Floats<N> (&sum)[cell_height], Floats<N> (&z)[cell_height], float const* rows, float depth,
@@ -312,11 +371,59 @@ TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChun
                             std::uint32_t column) noexcept
 {
     Floats<N> sum[cell_height], z[cell_height];
-    load_field<N>(sum, &cell.weight[0][0] + column, CellRows{});
-    load_field<N>(z, &cell.depth[0][0] + column, CellRows{});
+    load_field<N>(sum, cell, &DepthCellFields::weight, column, CellRows{});
+    load_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
     for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], c.splats[list[h]].depth, CellRows{});
-    store_field<N>(sum, &cell.weight[0][0] + column, CellRows{});
-    store_field<N>(z, &cell.depth[0][0] + column, CellRows{});
+    store_field<N>(sum, cell, &DepthCellFields::weight, column, CellRows{});
+    store_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
+}
+
+/// Blends splats that need no more than the recurrence and the clamp, with all sums in registers, for a target that has 32. The bits are those of
+/// `start`, CorrectRows, `weigh` and `colour`.
+template <class Rule, class Stop, std::uint32_t N, class AnyCell, std::uint32_t Size, class Number>
+TILEMESH_KERNEL std::uint32_t blend_at_once(AnyCell const& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n, Floats<N> const& xs,
+                                            float y, Rules const& rules) noexcept
+{
+    Weighing<N> s;
+    load_weighing<N>(s, cell, 0, CellRows{});
+    Floats<N> r[cell_height], g[cell_height], b[cell_height];
+    load_field<N>(r, cell, &CellFields::red, 0, CellRows{});
+    load_field<N>(g, cell, &CellFields::green, 0, CellRows{});
+    load_field<N>(b, cell, &CellFields::blue, 0, CellRows{});
+    auto const most = broadcast<N>(rules.alpha_max);
+    Cuts<N> const least{broadcast<N>(rules.alpha_min), broadcast<N>(rules.transmittance_min)};
+    auto const lowest = broadcast<N>(lowest_exponent), steepest = broadcast<N>(steepest_rise);
+    auto next = exponents<N>(c, list[0], xs, y);
+#if defined(__clang__)
+#    pragma clang loop unroll_count(2)
+#endif
+    for (std::uint32_t h = 0; h < n; ++h) {
+        auto const now = next;
+        next = exponents<N>(c, list[h + 1], xs, y);
+        Floats<N> alpha = power_of_two<Rule::degree, N>(at_least<N>(now.power, lowest));
+        Floats<N> ratio = power_of_two<Rule::degree, N>(between<N>(now.rise, lowest, steepest));
+        float const q = c.q[list[h]];
+        CellSplat const& splat = c.splats[list[h]];
+        float const red = splat.red, green = splat.green, blue = splat.blue;
+        Floats<N> const w0 = weighed<Stop, N>(s.t[0], s.seen, at_most<N>(alpha, most), least);
+        alpha = alpha * ratio, ratio = q * ratio;
+        Floats<N> const w1 = weighed<Stop, N>(s.t[1], s.seen, at_most<N>(alpha, most), least);
+        alpha = alpha * ratio, ratio = q * ratio;
+        Floats<N> const w2 = weighed<Stop, N>(s.t[2], s.seen, at_most<N>(alpha, most), least);
+        alpha = alpha * ratio;
+        Floats<N> const w3 = weighed<Stop, N>(s.t[3], s.seen, at_most<N>(alpha, most), least);
+        r[0] = multiply_add_lanes<N>(red, w0, r[0]), r[1] = multiply_add_lanes<N>(red, w1, r[1]);
+        r[2] = multiply_add_lanes<N>(red, w2, r[2]), r[3] = multiply_add_lanes<N>(red, w3, r[3]);
+        g[0] = multiply_add_lanes<N>(green, w0, g[0]), g[1] = multiply_add_lanes<N>(green, w1, g[1]);
+        g[2] = multiply_add_lanes<N>(green, w2, g[2]), g[3] = multiply_add_lanes<N>(green, w3, g[3]);
+        b[0] = multiply_add_lanes<N>(blue, w0, b[0]), b[1] = multiply_add_lanes<N>(blue, w1, b[1]);
+        b[2] = multiply_add_lanes<N>(blue, w2, b[2]), b[3] = multiply_add_lanes<N>(blue, w3, b[3]);
+    }
+    store_field<N>(r, cell, &CellFields::red, 0, CellRows{});
+    store_field<N>(g, cell, &CellFields::green, 0, CellRows{});
+    store_field<N>(b, cell, &CellFields::blue, 0, CellRows{});
+    store_weighing<N>(s, cell, 0, CellRows{});
+    return goes_on<N>(s, least, CellRows{});
 }
 
 /// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
@@ -342,6 +449,23 @@ struct BlendCell {
             if constexpr (AnyCell::has_depth) depths<N>(cell, batch, c, list, n, column);
         }
         return going;
+    }
+};
+/// Blends the splats that `list` names, which have no bit of Special, into two cells side by side; `at` is the left one's place. Returns 1 if a
+/// pixel of the left cell goes on, plus 2 if one of the right cell does. One number more is read. The bits are those of BlendCell.
+template <class Rule, class Stop>
+struct BlendPair {
+    template <class Set, class AnyCell, std::uint32_t Size, class Number>
+    TILEMESH_KERNEL static std::uint32_t run(CellPair<AnyCell> const& cells, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
+                                             CellPlace const& at, Rules const& rules) noexcept
+    {
+        constexpr std::uint32_t N = 2 * cell_width;
+        if constexpr (Set::most_lanes < N) {
+            return 0; // this set is not asked
+        } else {
+            Floats<N> const xs = __builtin_convertvector(counted_lanes<N>(), Floats<N>) + static_cast<float>(at.column) + 0.5f - at.cx;
+            return blend_at_once<Rule, Stop, N>(cells, c, list, n, xs, static_cast<float>(at.row) + 0.5f - at.cy, rules);
+        }
     }
 };
 

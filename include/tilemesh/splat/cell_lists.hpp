@@ -311,11 +311,24 @@ public:
     }
     std::uint32_t list(std::uint32_t cell, Number* to) const noexcept
     {
+        return expand([&masks = masks_[cell / 8], cell](std::uint32_t g) noexcept { return std::uint32_t{masks[g][cell % 8]}; }, to);
+    }
+    /// Lists the splats of either of two cells, and one number more.
+    std::uint32_t list_of_both(std::uint32_t cell, std::uint32_t other, Number* to) const noexcept
+    {
+        return expand([&masks = masks_[cell / 8], &others = masks_[other / 8], cell, other](std::uint32_t g) noexcept {
+            return std::uint32_t{masks[g][cell % 8]} | others[g][other % 8];
+        }, to);
+    }
+
+private:
+    template <class SplatsOf>
+    std::uint32_t expand(SplatsOf const& splats_of, Number* to) const noexcept
+    {
         static_assert(Size <= 256, "a number is a byte");
         Number* next = to;
-        auto const& masks = masks_[cell / 8];
         for (std::uint32_t g = 0, groups = groups_; g < groups; ++g) { // a copy: a store of bytes might change the member
-            std::uint32_t const splats = masks[g][cell % 8];
+            std::uint32_t const splats = splats_of(g);
             std::uint32_t const numbers[2] = {set_bits.of[splats][0] + g * 0x08080808u, set_bits.of[splats][1] + g * 0x08080808u};
             std::memcpy(next, numbers, sizeof numbers);
             next += set_bits.count[splats];
@@ -324,7 +337,6 @@ public:
         return static_cast<std::uint32_t>(next - to);
     }
 
-private:
     std::uint32_t groups_;
     std::uint8_t masks_[4][Size / 8][8];
 };

@@ -18,6 +18,10 @@ namespace detail {
 /// the group. So the pairs that are evaluated do not depend on the size of a chunk.
 inline constexpr std::uint32_t splats_a_group = 128;
 
+/// Can two cells be blended at once? A tile's worker has no room for it.
+template <std::uint32_t Size>
+inline constexpr bool pairs_cells = (Size > 16) && most_native_lanes == 2 * cell_width;
+
 /// What a host thread or a worker needs besides its list.
 template <bool HasDepth, std::uint32_t Group, std::uint32_t Size>
 struct CellMemory {
@@ -25,16 +29,19 @@ struct CellMemory {
     static constexpr std::uint32_t group = Group, size = Size;
     OpenCell<HasDepth> cells[Group];
     CellChunk<Size> chunk;
-    ListsOf<Size> lists;
-    typename ListsOf<Size>::Number list[Size + 8]; // it is written 8 numbers at a time
+    using Lists = ListsOf<Size>;
+    Lists lists;
+    typename Lists::Number list[Size + 8]; // it is written 8 numbers at a time
+    typename Lists::Number second[pairs_cells<Size> ? Size + 8 : 1], both[pairs_cells<Size> ? Size + 8 : 1];
 };
 
+/// All bits of Special that a listed splat has.
 template <std::uint32_t Size, class Number>
-bool any_special(CellChunk<Size> const& chunk, Number const* list, std::uint32_t n) noexcept
+std::uint32_t special_in(CellChunk<Size> const& chunk, Number const* list, std::uint32_t n) noexcept
 {
     std::uint32_t any = 0;
     for (std::uint32_t h = 0; h < n; ++h) any |= chunk.special[list[h]];
-    return any != 0;
+    return any;
 }
 template <class AnyCell>
 bool goes_on(AnyCell const* cells, std::uint32_t n) noexcept
@@ -55,20 +62,79 @@ std::uint32_t blend_batch(Set const& set, Rules const& rules, Arguments&&... arg
 }
 /// Blends the listed splats of a chunk into a cell. `tally` counts what is evaluated, and looks which columns go on.
 template <class Rule, class Stop, class Set, class Memory, class AnyCell, class Tally>
-void blend_listed(Set const& set, Memory const& m, AnyCell& cell, std::uint32_t n, bool special, Rules const& rules, Tally const& tally) noexcept
+void blend_listed(Set const& set, Memory const& m, AnyCell& cell, typename Memory::Lists::Number const* listed, std::uint32_t n, bool special,
+                  Rules const& rules, Tally const& tally) noexcept
 {
     constexpr std::uint32_t most = batch_of<Memory::size>;
     for (std::uint32_t done = 0; done < n && cell.columns != 0;) {
         std::uint32_t part = blended_between_looks - cell.blended % blended_between_looks;
         if (part > most) part = most;
         if (part > n - done) part = n - done;
-        auto const* const list = m.list + done;
-        bool const some = special && any_special(m.chunk, list, part);
+        auto const* const list = listed + done;
+        bool const some = special && special_in(m.chunk, list, part) != 0;
         cell.going = blend_batch<Rule, Stop>(set, rules, cell.state, m.chunk, list, part, cell.at, cell.columns, some);
         tally.evaluated(cell, part);
         done += part;
         cell.blended += part;
         if (cell.blended % blended_between_looks == 0) tally.look(cell);
+    }
+}
+template <class AnyCell>
+bool beside(AnyCell const& left, AnyCell const& right) noexcept
+{
+    return right.at.row == left.at.row && right.at.column == left.at.column + cell_width;
+}
+/// How many numbers of a rising list are below `end`.
+template <class Number>
+std::uint32_t numbers_below(std::uint32_t end, Number const* list, std::uint32_t n) noexcept
+{
+    std::uint32_t below = 0;
+    for (std::uint32_t i = 0; i < n; ++i) below += list[i] < end ? 1u : 0u; // no branch: it becomes vectors
+    return below;
+}
+/// A cell and what is left of its list.
+template <class AnyCell, class Number>
+struct Listed {
+    AnyCell& cell;
+    Number const* list;
+    std::uint32_t left;
+
+    /// The number behind that of the last splat before the next look; `most` if the list ends before.
+    std::uint32_t next_look(std::uint32_t most) const noexcept
+    {
+        std::uint32_t const part = blended_between_looks - cell.blended % blended_between_looks;
+        return part <= left ? list[part - 1] + 1u : most;
+    }
+    template <class Tally>
+    void pass(std::uint32_t end, Tally const& tally) noexcept
+    {
+        std::uint32_t const n = numbers_below(end, list, left);
+        tally.evaluated(cell, n);
+        cell.blended += n;
+        if (n != 0 && cell.blended % blended_between_looks == 0) tally.look(cell);
+        list += n, left -= n;
+    }
+};
+/// `blend_listed` for two cells side by side, as long as both have splats, with a splat's row of both in one vector.
+template <class Rule, class Stop, class Set, class Memory, class AnyListed, class Tally>
+void blend_pair(Set const& set, Memory& m, AnyListed& left, AnyListed& right, bool special, Rules const& rules, Tally const& tally) noexcept
+{
+    if constexpr (std::is_same_v<Stop, StopAsAsked>) {
+        if (rules.stop == splat::Stop::after_crossing) blend_pair<Rule, StopEachPixel>(set, m, left, right, special, rules, tally);
+        else blend_pair<Rule, StopBeforeCrossing>(set, m, left, right, special, rules, tally);
+    } else {
+        std::uint32_t all = m.lists.list_of_both(left.cell.in_window, right.cell.in_window, m.both);
+        auto const* both = m.both;
+        if (special && (special_in(m.chunk, both, all) & ~Special::clamped) != 0) return;
+        while (left.left != 0 && right.left != 0 && left.cell.columns != 0 && right.cell.columns != 0) {
+            std::uint32_t const a = left.next_look(Memory::size), b = right.next_look(Memory::size), end = a < b ? a : b;
+            std::uint32_t const n = numbers_below(end, both, all);
+            CellPair<decltype(left.cell.state)> const cells{left.cell.state, right.cell.state};
+            std::uint32_t const going = set.template call<BlendPair<Rule, Stop>>(cells, m.chunk, both, n, left.cell.at, rules);
+            left.cell.going = going & 1u, right.cell.going = going >> 1;
+            left.pass(end, tally), right.pass(end, tally);
+            both += n, all -= n;
+        }
     }
 }
 /// Blends n splats, front to back, into the open cells of windows, `open` cells in each.
@@ -85,6 +151,11 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
         std::uint32_t const most = fill<(SetOf<N>::most_lanes >= 4)>(m.chunk, begin, n, at);
         bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *windows[0].camera, rules.alpha_max) != 0;
         going = 0;
+        auto const blend = [&](auto& cell, auto const* list, std::uint32_t listed) noexcept {
+            blend_listed<Rule, Stop>(set, m, cell, list, listed, special, rules, tally);
+            if ((begin + size) % splats_a_group == 0) tally.look(cell);
+            going += cell.columns != 0 ? 1u : 0u;
+        };
         for (std::uint32_t b = 0; b < all; ++b) {
             auto const& window = windows[b / open];
             auto& cell = m.cells[b];
@@ -95,10 +166,19 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
             }
             if (cell.columns == 0) continue;
             if (begin % splats_a_group == 0) cell.blended = 0;
-            std::uint32_t const listed = m.lists.list(cell.in_window, m.list);
-            blend_listed<Rule, Stop>(set, m, cell, listed, special, rules, tally);
-            if ((begin + size) % splats_a_group == 0) tally.look(cell);
-            going += cell.columns != 0 ? 1u : 0u;
+            if constexpr (pairs_cells<size> && !decltype(cell.state)::has_depth)
+                if (set.lanes() == 2 * cell_width && (b + 1) % open != 0 && m.cells[b + 1].columns != 0 && beside(cell, m.cells[b + 1])) {
+                    auto& right = m.cells[++b];
+                    fetch_part_ahead<size>(begin + size, n, b, all, at);
+                    if (begin % splats_a_group == 0) right.blended = 0;
+                    Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{cell, m.list, m.lists.list(cell.in_window, m.list)};
+                    decltype(one) other{right, m.second, m.lists.list(right.in_window, m.second)};
+                    blend_pair<Rule, Stop>(set, m, one, other, special, rules, tally);
+                    blend(cell, one.list, one.left);
+                    blend(right, other.list, other.left);
+                    continue;
+                }
+            blend(cell, m.list, m.lists.list(cell.in_window, m.list));
         }
     }
 }
