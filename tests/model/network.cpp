@@ -250,3 +250,19 @@ TEST_CASE("a network that cannot be, and a transfer outside it, are refused")
         CHECK(says);
     }
 }
+
+TEST_CASE("blackhole has documented numbers alone, and none that is fitted or measured")
+{
+    auto const n = blackhole();
+    for (auto const& number : {n.link, n.port, n.memory, n.flit, n.packet, n.head, n.hop, n.latency, n.issue, n.outstanding}) {
+        bool const says = number.value == 0 ? number.source.starts_with("guess: ") : number.source.starts_with("document: ");
+        CHECK(says);
+    }
+    // Four writes of 1 KiB to the next core: 16 flits and a head each. The way there and back is once around a column.
+    std::vector<NetworkTransfer> const four(4, move({1, 2}, {1, 3}, 1024));
+    CHECK(of(n, four).at_least == 4 * 17);
+    CHECK(of(n, four).drained == 4 * 17 + 12 * 9 + 20);
+    CHECK(of(n, four).loaded == of(n, four).drained);
+    CHECK(of(n, {move({1, 2}, {1, 3}, 16384)}).at_least == 257); // one packet
+    CHECK(of(n, {move({1, 2}, {1, 3}, 16385)}).at_least == 259); // two, and one more flit
+}

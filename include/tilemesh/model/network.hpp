@@ -44,6 +44,9 @@ struct Network {
 /// Tenstorrent's Wormhole: 10 x 12 nodes, two networks, DRAM in columns 0 and 5. Of its numbers, two are fitted: issue and outstanding.
 TILEMESH_HOST Network wormhole();
 
+/// Tenstorrent's Blackhole: 17 x 12 nodes, two networks. All numbers are from documents; those that no document has are 0 and bound nothing.
+TILEMESH_HOST Network blackhole();
+
 /// Bytes that go from `source` to `sink`. A read is started by its sink, a write by its source.
 struct NetworkTransfer {
     NetworkNode source, sink;

@@ -33,6 +33,27 @@ TILEMESH_HOST Network wormhole()
     return n;
 }
 
+TILEMESH_HOST Network blackhole()
+{
+    std::string const isa = "document: Tenstorrent's ISA documentation, BlackholeA0, NoC", none = "guess: no document has it, so 0 leaves it out";
+    Network n;
+    n.name = "Blackhole";
+    n.columns = 17, n.rows = 12;
+    n.torus = true;
+    n.memory_columns = {0, 9};
+    n.link = {64, isa + ": a link carries a flit of 64 bytes a cycle"};
+    n.port = {64, isa + ": as a link"};
+    n.memory = {0, none};
+    n.flit = {64, isa};
+    n.packet = {16384, isa + ": a packet holds up to 256 flits"};
+    n.head = {64, isa + ": one flit"};
+    n.hop = {9, isa + ": a router takes 9 cycles"};
+    n.latency = {20, isa + ": about 5 cycles between a core and its router, twice for the request and twice for the answer"};
+    n.issue = {0, none};
+    n.outstanding = {0, none};
+    return n;
+}
+
 namespace model_detail {
 
 /// Loads of all resources of a network, in units of a cycle over `scale`.
