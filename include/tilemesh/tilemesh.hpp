@@ -30,6 +30,7 @@
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/chips.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>

@@ -205,6 +205,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     // 6 compares, 2 * 4 * 20 bytes of capacity, every cycle of both tiles: a nanojoule each.
     CHECK(has(html, "<dt>energy</dt><dd>" + report::joules_text((6 + 160 + 2 * cycles) / 1e9) + " J</dd>"));
     CHECK(has(html, "<td>compare</td><td>6</td>"));
+    CHECK(has(html, "<p>The weakest prices behind this time are guessed: "));
     CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
 }

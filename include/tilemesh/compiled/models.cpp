@@ -3,6 +3,7 @@
 #include <tilemesh/model/detail/assumed_parameters_code.hpp>
 #include <tilemesh/model/detail/bottleneck_code.hpp>
 #include <tilemesh/model/detail/chips_code.hpp>
+#include <tilemesh/model/detail/confidence_code.hpp>
 #include <tilemesh/model/detail/cost_model_code.hpp>
 #include <tilemesh/model/detail/cost_parameters_code.hpp>
 #include <tilemesh/model/detail/cost_table_code.hpp>

@@ -22,12 +22,26 @@ enum class ExchangeCost : std::uint32_t {
     live        ///< the bytes that were sent
 };
 
+/// How a number of a model is known, from the best kind to the weakest.
+enum class PriceKind : std::uint8_t {
+    documented, ///< a document of the machine has it
+    measured,   ///< others measured it
+    counted,    ///< arithmetic from such numbers and from instructions that were counted in our code
+    fitted,     ///< it was chosen so that the model agrees with times
+    guessed     ///< none of these, or it is not said
+};
+inline constexpr std::array<std::string_view, 5> price_kind_names = {"documented", "measured by others", "counted", "fitted", "guessed"};
+/// The kind of a number with this source, by the source's first word: "document", "measured", "arithmetic" or "counted", "fitted". It is
+/// `guessed` for any other word, and if "guess" occurs anywhere: a number is known as well as its weakest part.
+TILEMESH_HOST PriceKind kind_of_source(std::string_view source) noexcept;
+
 /// A number that a model needs, with where it is from.
 struct ModelParameter {
     std::string name;
     std::uint64_t value;
     std::string unit;
     std::string source; ///< a document, or "fitted to ..."
+    PriceKind kind = kind_of_source(source);
     friend bool operator==(ModelParameter const&, ModelParameter const&) = default;
 };
 

@@ -53,6 +53,7 @@ struct TracePage {
 struct TraceSection {
     std::string lead;  ///< the sentence that names the bottleneck
     std::string notes; ///< notes about the numbers for the reader; may be empty
+    std::string rests_on; ///< the sentence that names the weakest prices behind the time (confidence_text)
     std::vector<std::pair<std::string, std::string>> figures;
     report::HtmlFrame frame;
     std::vector<report::HtmlCard> cards; ///< the picture and the maps
@@ -98,7 +99,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
 /// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: the SRAM of a tile, for the last line; 0: the line does not name it.
 TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger,
                               std::uint64_t sram_bytes = 0);
-/// Adds the numbers of a cost model, each with its source, folded away.
+/// Adds the numbers of a cost model, each with its kind and its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
 /// Adds the operations that a trace counted to the names that are there, each once.
 TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace);

@@ -13,9 +13,22 @@
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
+
+TILEMESH_HOST PriceKind kind_of_source(std::string_view source) noexcept
+{
+    if (source.find("guess") != source.npos) return PriceKind::guessed;
+    constexpr std::pair<std::string_view, PriceKind> words[] = {{"document", PriceKind::documented}, {"measured", PriceKind::measured},
+                                                                {"arithmetic", PriceKind::counted},  {"counted", PriceKind::counted},
+                                                                {"fitted", PriceKind::fitted}};
+    for (auto const& [word, kind] : words)
+        if (source.substr(0, word.size()) == word) return kind;
+    return PriceKind::guessed;
+}
+
 namespace model_detail {
 
 TILEMESH_HOST void expect_sums_fit(CostModel const& m)

@@ -14,6 +14,7 @@
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
@@ -101,6 +102,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
     section.modelled = true;
     auto const worst = find_bottleneck(model, trace, cost, grid);
     section.lead = bottleneck_text(worst, model, trace, cost, grid, page.run, worst && page.because ? page.because(*worst) : std::string());
+    section.rests_on = confidence_text(model, trace, cost);
     auto const steps = step_costs(trace, cost);
     std::uint64_t exchanges = 0;
     double busy = 0;
@@ -181,6 +183,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     if (!section.lead.empty()) html.lead(section.lead);
     if (!section.notes.empty()) html.paragraph(section.notes);
     html.figures(section.figures);
+    if (!section.rests_on.empty()) html.paragraph(section.rests_on);
     if (!section.cards.empty()) {
         html.gallery(section.frame, section.cards);
         if (section.frame.mark) html.paragraph("The outlined tile is the slowest one, which the first sentence names.");
@@ -243,10 +246,11 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& mod
     for (auto const& p : model.parameters) {
         auto const& kinds = model_detail::exchange_cost_names; // the value of the kind of exchange is shown as a word
         bool const word = p.unit == "kind" && p.value < kinds.size();
-        rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit, p.source});
+        rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit,
+                        std::string(price_kind_names[static_cast<std::size_t>(p.kind)]), p.source});
     }
     html.folded_section("Cost model " + model.name, report::HtmlFold::closed,
-                        [&] { html.table({"parameter", "value", "unit", "source"}, rows); });
+                        [&] { html.table({"parameter", "value", "unit", "known as", "source"}, rows); });
 }
 
 TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace)
