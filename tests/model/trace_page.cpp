@@ -268,8 +268,8 @@ TEST_CASE("trace page: for each step the slowest tile, and what it counted in th
     Folder folder;
     auto const row_of = [&](std::string const& step) {
         auto const html = text_of(write_trace_page(folder.path, "run", trace, model, two));
-        CHECK(has(html, "<th>share</th><th>slowest tile and its operations</th></tr>"));
-        CHECK(has(html, "<table class=\"l1 l13 w13\">")); // words stand left, with room for some in a line
+        CHECK(has(html, "<th>share</th><th>bounded by, in passes</th><th>slowest tile and its operations</th></tr>"));
+        CHECK(has(html, "<table class=\"l1 l13 l14 w14\">")); // words stand left, with room for some in a line
         CHECK(is_sound(html));
         auto const row = html.substr(html.find("<tr><td>" + step + "</td>"));
         return row.substr(0, row.find("</tr>"));

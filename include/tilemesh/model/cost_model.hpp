@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -12,6 +13,7 @@
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -62,7 +64,8 @@ inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'0
 ///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs must have a
 ///             price; for an operation that costs nothing, the price is 0
 ///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 if the superstep has no channel,
-///             or (`live`) if nothing was sent. If bytes cross a border between chips, at least exchange + the border's cycles (Chips)
+///             or (`live`) if nothing was sent. If bytes cross a border between chips, at least exchange + the border's cycles (Chips). With
+///             a network: exchange + the time of the superstep's transfers on it (NetworkTime::drained; model/exchange.hpp)
 ///   sync      sync
 ///   vote      vote, in each pass of an UntilQuiet (also of that in a Reduce), and in each pass of the last step of a Loop
 struct CostModel {
@@ -74,6 +77,7 @@ struct CostModel {
     std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
     std::uint64_t exchange_millicycles_a_byte = 0;
     Chips chips = {};                                         ///< the grid is one chip, or several; not part of a model's file
+    std::optional<Network> network = {};                      ///< of a machine whose exchange is not compiled; not part of a model's file
     std::vector<ModelParameter> parameters;                        ///< where the numbers are from, for reports
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
@@ -85,6 +89,7 @@ struct SuperstepCost {
     std::uint32_t slowest = 0; ///< the tile
     std::uint64_t crossing = 0;       ///< of `exchange`: the cycles by which borders between chips prolong it
     std::uint64_t crossing_bytes = 0; ///< over the busiest border between chips, in one direction
+    NetworkResource bound = {};       ///< of the exchange: its busiest resource; none: its fixed cycles are all
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
 };
 

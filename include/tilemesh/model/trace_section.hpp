@@ -71,6 +71,8 @@ TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& 
 /// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
 TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s,
                                        std::vector<std::uint64_t> const& busy, Grid grid);
+/// What bounds the passes of a step, the most frequent first: "compute 70, port in 5".
+TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step);
 TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s);
 } // namespace model_detail
 

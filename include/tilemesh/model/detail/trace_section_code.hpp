@@ -19,6 +19,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
@@ -84,6 +85,21 @@ TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest
     return text + (slowest->operations.empty() ? ": nothing counted" : "");
 }
 
+TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step)
+{
+    std::vector<std::pair<std::string, std::uint64_t>> kinds;
+    for (auto const& c : cost.supersteps) {
+        if (c.step != step || c.total() == 0) continue;
+        auto const at = std::find_if(kinds.begin(), kinds.end(), [&](auto const& known) { return known.first == bound_kind(c); });
+        if (at == kinds.end()) kinds.emplace_back(bound_kind(c), 1);
+        else ++at->second;
+    }
+    std::stable_sort(kinds.begin(), kinds.end(), [](auto const& a, auto const& b) { return a.second > b.second; });
+    std::string text;
+    for (auto const& [kind, passes] : kinds) text += (text.empty() ? "" : ", ") + kind + " " + report::thousands(passes);
+    return text;
+}
+
 TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s)
 {
     for (auto const& text : {s.name, report::thousands(s.passes), report::thousands(s.exchanges), report::thousands(s.tile_runs),
@@ -133,6 +149,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
         for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote, s.total()}) row.push_back(thousands(cycles));
         row.push_back(milliseconds_text(model, s.total()));
         row.push_back(share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles)));
+        row.push_back(model_detail::bounds_text(cost, i));
         row.push_back(model_detail::slowest_text(slowest_tile(model, trace, cost, grid, i), s, cost.busy[i], grid));
     }
     auto const ideal = any_to_any(model, trace, grid);
@@ -198,13 +215,14 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
-        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "slowest tile and its operations"})
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes", "slowest tile and its operations"})
             headers.emplace_back(header);
     }
     html.table(headers, section.steps);
     if (section.modelled)
         html.paragraph("Compute, exchange, sync and vote are modelled cycles: of the slowest tile of each pass, and of what follows the pass. A "
-                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something.")
+                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something. What bounds a pass "
+                       "is the largest of the four; of an exchange, its busiest resource. The file of supersteps names it for each pass.")
             .paragraph("The slowest tile of a step is the one that the other tiles wait for longest. The counts are of the passes in which it is "
                        "the slowest, and each share is of its compute in them; starting the kernel takes the rest. An operation is a unit of "
                        "work that a kernel counts; the cost model, further down, has its price and the source of the price.");
