@@ -35,6 +35,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/energy_range.hpp>
 #include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/hosts.hpp>
 #include <tilemesh/model/network.hpp>

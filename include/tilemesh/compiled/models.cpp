@@ -8,6 +8,7 @@
 #include <tilemesh/model/detail/cost_parameters_code.hpp>
 #include <tilemesh/model/detail/cost_table_code.hpp>
 #include <tilemesh/model/detail/energy_code.hpp>
+#include <tilemesh/model/detail/energy_range_code.hpp>
 #include <tilemesh/model/detail/exchange_code.hpp>
 #include <tilemesh/model/detail/hosts_code.hpp>
 #include <tilemesh/model/detail/network_code.hpp>
