@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -123,6 +124,19 @@ private:
     CostModel const& model_;
     Trace const& trace_;
     std::vector<std::array<std::uint64_t, most_operation_kinds>> millicycles_; ///< prices, by step
+};
+
+/// Prices exchanges on a model's network. Exchanges of whole channels are alike, so that each capacity is looked at once.
+class NetworkPrices {
+public:
+    TILEMESH_HOST NetworkPrices(CostModel const& model, Grid grid);
+    TILEMESH_HOST NetworkTime of(SuperstepSample const& superstep);
+
+private:
+    CostModel const& model_;
+    Grid grid_;
+    std::vector<NetworkNode> nodes_;
+    std::map<std::uint32_t, NetworkTime> of_capacity_;
 };
 } // namespace model_detail
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <map>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
@@ -33,21 +32,6 @@ TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& net
 TILEMESH_HOST std::string bound_text(SuperstepCost const& cost, Grid grid);
 /// The same without the place: "compute", "port in", "exchange".
 TILEMESH_HOST char const* bound_kind(SuperstepCost const& cost) noexcept;
-
-namespace model_detail {
-/// Prices exchanges on a model's network. Exchanges of whole channels are alike, so that each capacity is looked at once.
-class NetworkPrices {
-public:
-    TILEMESH_HOST NetworkPrices(CostModel const& model, Grid grid);
-    TILEMESH_HOST NetworkTime of(SuperstepSample const& superstep);
-
-private:
-    CostModel const& model_;
-    Grid grid_;
-    std::vector<NetworkNode> nodes_;
-    std::map<std::uint32_t, NetworkTime> of_capacity_;
-};
-} // namespace model_detail
 
 }} // namespace tilemesh
 

@@ -13,7 +13,6 @@
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/exchange.hpp>
 #include <utility>
 #include <vector>
 
@@ -164,3 +163,5 @@ TILEMESH_HOST double milliseconds(CostModel const& m, std::uint64_t cycles) noex
 }
 
 }} // namespace tilemesh
+
+#include <tilemesh/model/exchange.hpp> // the code of NetworkPrices, which needs a whole CostModel
