@@ -39,7 +39,7 @@ constexpr std::array<std::pair<std::string_view, char const*>, 9> reasons = {{
     {"clock", "a C600 may run at 1.49 GHz, and a copy may share buses"},
     {"load", "a compiled exchange of our model does not know load"},
     {"forward", "our Reduce wakes a core on each hop and ends in a corner; the wafer's routers forward in one cycle to its middle"},
-    {"stages", "one price an operation for a mean and a slowest tile"},
+    {"stages", "a price of Sort that explains its mean and its slowest tile"},
     {"host", "timed on the host around a launch"},
 }};
 

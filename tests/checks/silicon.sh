@@ -71,7 +71,7 @@ for row in "Wormhole,a,505.0,cycles,$((127 + 12 * 9 + 270)),1.000,3.0000,issue,,
     "Blackhole,b,392.0,cycles,$((4 * 17 + 12 * 9 + 20)),0.500,68,port out,,hand" \
     "C600,c,0.0050,ms,0.0048,0.951,,port in,the program looks up 400 records a tile: instructions that no document prices; there is no host copy in it,hand" \
     "CS-1,d,6.0000,cycles a hop,12,2.000,,hops,our Reduce wakes a core on each hop and ends in a corner; the wafer's routers forward in one cycle to its middle,hand" \
-    "GC200,e,2.0000,ms,3.0000,1.500,,compute,one price an operation for a mean and a slowest tile,hand"; do
+    "GC200,e,2.0000,ms,3.0000,1.500,,compute,a price of Sort that explains its mean and its slowest tile,hand"; do
     grep -qxF "$row" judged.csv || fail "judges: no line $row in $(cat judged.csv)"
 done
 "$program" --judges judges.csv >stdout || fail "judges without --paper: status $?"
