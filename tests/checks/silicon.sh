@@ -93,6 +93,9 @@ refuses "no measurements to judge by" --traces traces --paper paper.csv
 "$program" --judges "$table" --csv judged.csv >stdout || fail "the bench's table: status $?: $(grep BROKEN stdout)"
 awk -F, 'NR > 1 && $8 != "skipped" { ++rows; if ($8 == "" || $10 == "") bad = 1; if (!($1 in seen)) { seen[$1]; ++machines } }
     END { exit !(rows >= 100 && machines >= 3 && !bad) }' judged.csv || fail "the bench's table has too few rows"
+# Transfers of 4 KiB and more are right on both chips.
+awk '($1 == "Wormhole" || $1 == "Blackhole") && $2 >= 4096 { ++n; if ($5 > 10) bad = 1 } END { exit !(n == 4 && !bad) }' stdout ||
+    fail "large transfers are predicted worse than they were: $(cat stdout)"
 
 if [ -d "${TILEMESH_DATA:-}/noc" ]; then
     "$program" --traces "$TILEMESH_DATA/noc" >stdout || fail "measured traces: status $?"
