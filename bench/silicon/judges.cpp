@@ -81,7 +81,8 @@ public:
         auto const w = word();
         std::uint32_t n = 0;
         auto const [end, failed] = std::from_chars(w.data(), w.data() + w.size(), n);
-        if (failed != std::errc{} || end != w.data() + w.size() || n == 0 || n > most) refuse_("a number of its phase is not from 1 to " + std::to_string(most));
+        bool const whole = failed == std::errc{} && end == w.data() + w.size();
+        if (!whole || n == 0 || n > most) refuse_("a number of its phase is not from 1 to " + std::to_string(most));
         return last_ = n;
     }
     std::uint32_t last() const noexcept { return last_; }
@@ -200,7 +201,8 @@ void print_by_bytes(std::vector<Judge> const& judges)
     for (auto const& [key, all] : ratios) {
         std::vector<double> errors;
         for (double const r : all) errors.push_back(std::abs(r - 1));
-        table.add_row({key.first, std::to_string(key.second), std::to_string(all.size()), report::decimals(bench::median(all), 2), percent(bench::median(errors))});
+        table.add_row({key.first, std::to_string(key.second), std::to_string(all.size()), report::decimals(bench::median(all), 2),
+                       percent(bench::median(errors))});
     }
     std::cout << table << '\n';
 }

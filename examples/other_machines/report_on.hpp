@@ -52,7 +52,8 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
         bool const same = frame.image.rgb.size() == naive.size() &&
                           std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
         std::cout << '\n' << tilemesh::cost_table(model, renderer.trace(), cost) << "frame: " << tilemesh::milliseconds_text(model, cost.cycles)
-                  << " ms modelled, assumed\n" << tilemesh::confidence_text(model, renderer.trace(), cost) << '\n' << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
+                  << " ms modelled, assumed\n" << tilemesh::confidence_text(model, renderer.trace(), cost) << '\n'
+                  << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
         ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
         if (before == 0 && !out.empty()) {
             auto const ledger = Shown::Layout::ledger();

@@ -104,6 +104,23 @@ TEST_CASE("borders between chips are a guess, and an assumed machine rests on gu
     CHECK(confidence_of(assumed, by_hand(), model_cost(assumed, by_hand(), row)).weakest == PriceKind::guessed);
 }
 
+TEST_CASE("an exchange on a network is known as well as the network's weakest number")
+{
+    CHECK(kind_of_network(wormhole()) == PriceKind::fitted); // issue, outstanding
+    CHECK(kind_of_network(blackhole()) == PriceKind::documented); // guesses of 0 are left out
+    auto m = sourced();
+    set_parameter(m, "exchange_cost", 1, "document: live");
+    m.network = blackhole();
+    auto const cost = model_cost(m, by_hand(), row);
+    auto const c = confidence_of(m, by_hand(), cost);
+    CHECK(of(c, PriceKind::documented) == 3 + 1 + 10 + 11 + cost.supersteps[0].exchange - 100);
+    CHECK(of(c, PriceKind::fitted) == 18 + 3);
+    m.network = wormhole();
+    auto const fitted = model_cost(m, by_hand(), row);
+    CHECK(of(confidence_of(m, by_hand(), fitted), PriceKind::fitted) == 18 + 3 + fitted.supersteps[0].exchange - 100);
+    CHECK(confidence_of(m, by_hand(), fitted).names.front() == "network");
+}
+
 TEST_CASE("every number of mk2 has the kind that the table of include/tilemesh/model/README.md says")
 {
     std::map<PriceKind, std::string> names;
@@ -111,7 +128,8 @@ TEST_CASE("every number of mk2 has the kind that the table of include/tilemesh/m
     for (auto const& p : m.parameters) (names[p.kind] += names[p.kind].empty() ? "" : ", ") += p.name;
     CHECK(names[PriceKind::documented] == "clock, exchange_cost, host_byte, run, exchange_byte");
     CHECK(names[PriceKind::measured].empty());
-    CHECK(names[PriceKind::counted] == "slot, projection, copied, comparison, pair, pixel, left, passed, settled, moving_pair, moving_depth, splat_motions, row, mean, gradient");
+    CHECK(names[PriceKind::counted] == "slot, projection, copied, comparison, pair, pixel, left, passed, settled, moving_pair, moving_depth, "
+                                        "splat_motions, row, mean, gradient");
     CHECK(names[PriceKind::fitted].empty());
     CHECK(names[PriceKind::guessed] == "routed, exchange, sync, vote");
     // A file keeps the kinds, because it keeps the sources.

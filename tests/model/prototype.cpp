@@ -209,7 +209,9 @@ TEST_CASE("each insertion looks at the records that wait: in a channel until the
     set_up(mesh, 3, 8);
     put(mesh, TileId::at(0, 0), at(25, 5, 3, 1)); // both go two tiles to the east
     put(mesh, TileId::at(0, 0), at(25, 5, 3, 2));
-    auto const waiting = [&](std::size_t step, TileId tile) { return mesh.trace().supersteps[step].tiles[grid.index_of(tile)].operations[Operation::waiting]; };
+    auto const waiting = [&](std::size_t step, TileId tile) {
+        return mesh.trace().supersteps[step].tiles[grid.index_of(tile)].operations[Operation::waiting];
+    };
     mesh.run();
     CHECK(waiting(0, TileId::at(0, 0)) == 0);
     CHECK(waiting(1, TileId::at(0, 0)) == 1); // the second record behind the first
@@ -268,8 +270,10 @@ TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarte
         double received[2], sent[2];                                     // waiting records looked at: in Route, in Projection
         double paper[8];                                                 // Route, Projection, Sort: mean, most; Blend; Total
     };
-    Case const salad = {{400, 827}, {130.74, 392.24}, {136.67, 804.82}, {1166.05, 10211.1}, 608'619, {14'861, 178'948}, {8'863, 78'363}, {4.14, 14.22, 3.95, 11.61, 0.26, 3.37, 16.66, 45.86}};
-    Case const sloth = {{400, 818}, {61.38, 389.44}, {53.37, 811.23}, {412.00, 9715.1}, 591'648, {5'459, 178'769}, {3'008, 76'015}, {2.71, 13.70, 3.41, 11.15, 0.12, 3.40, 16.15, 44.40}};
+    Case const salad = {{400, 827}, {130.74, 392.24}, {136.67, 804.82}, {1166.05, 10211.1}, 608'619, {14'861, 178'948}, {8'863, 78'363},
+                        {4.14, 14.22, 3.95, 11.61, 0.26, 3.37, 16.66, 45.86}};
+    Case const sloth = {{400, 818}, {61.38, 389.44}, {53.37, 811.23}, {412.00, 9715.1}, 591'648, {5'459, 178'769}, {3'008, 76'015},
+                        {2.71, 13.70, 3.41, 11.15, 0.12, 3.40, 16.15, 44.40}};
     for (auto const& c : {salad, sloth}) {
         auto const ms = [&](char const* o, double n) { return n * static_cast<double>(price_of(model, o)) / 1000 / static_cast<double>(model.clock_khz); };
         double const ours[7] = {ms("slot", c.slots[0]) + ms("routed", c.arrivals[0]) + ms("waiting", c.received[0]),

@@ -9,8 +9,9 @@
 namespace tilemesh { inline namespace v0_2 {
 
 /// The numbers of mk2() adapted to another machine of which no better numbers are known. The source of an assumed number begins with
-/// "assumed", and so such a number counts as guessed; the model's name ends with ", assumed", so that every output says it. Clock and number of workers are those of `Machine`. A kernel of one worker has mk2's instructions; with W workers, a worker
-/// issues one instruction in W cycles. A kernel that runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle` bytes per
+/// "assumed", and so such a number counts as guessed; the model's name ends with ", assumed", so that every output says it. Clock and number
+/// of workers are those of `Machine`. A kernel of one worker has mk2's instructions; with W workers, a worker issues one instruction in W
+/// cycles. A kernel that runs on all workers keeps mk2's price. A tile receives `bytes_a_cycle` bytes per
 /// cycle. A barrier takes `barrier_cycles`, and a vote takes two barriers. Throws `Error` as set_parameter does; `bytes_a_cycle` must not
 /// be 0.
 template <class Machine>

@@ -5,6 +5,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -16,8 +17,12 @@ struct Confidence {
     std::vector<std::string> names;                              ///< of the prices of this kind that took cycles, those with the most first
 };
 
+/// The weakest kind of a network's numbers, those of 0 left out.
+TILEMESH_HOST PriceKind kind_of_network(Network const& network) noexcept;
+
 /// Splits a run's modelled cycles by the kinds of their prices. Compute is that of each pass's slowest tile; what rounding adds to it belongs
-/// to `run`. A number that has no entry in `model.parameters` is a guess, and so is what borders between chips add. `cost` must be the result
+/// to `run`. A number that has no entry in `model.parameters` is a guess, and so is what borders between chips add. What a network adds to
+/// `exchange` is as its weakest number. `cost` must be the result
 /// of model_cost for this trace; throws `Error` if it is of another trace. Cost: linear in the trace.
 TILEMESH_HOST Confidence confidence_of(CostModel const& model, Trace const& trace, RunCost const& cost);
 

@@ -23,8 +23,8 @@ TILEMESH_HOST std::vector<NetworkNode> nodes_of(Network const& network, Grid gri
 /// The transfers of a superstep: what each tile sends to each neighbour, its core starting one after the other. On a torus, whose links go
 /// one way round, what goes west or north takes the second network. With `capacity`, every tile receives all slots of all its sides, whatever
 /// was sent, and at an edge from itself. `nodes` is the result of nodes_of. Empty: nothing is sent.
-TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& network, std::vector<NetworkNode> const& nodes, SuperstepSample const& superstep,
-                                                              Grid grid, ExchangeCost cost);
+TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& network, std::vector<NetworkNode> const& nodes,
+                                                              SuperstepSample const& superstep, Grid grid, ExchangeCost cost);
 
 /// The words for what bounds a superstep: the largest of compute, exchange, sync and vote, the first of equals. Compute names its slowest
 /// tile, and an exchange its busiest resource: "compute (3 7)", "port in (3 7)", "link (3 7) e", "border (0 0) s", "issue 12"; "exchange" if

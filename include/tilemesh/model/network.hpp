@@ -85,7 +85,8 @@ struct NetworkTime {
 /// A packet takes whole flits and its head. In `drained`, a packet from a memory channel waits one hop again on each link that packets of
 /// more than two nodes share, because their answers meet there. Sums are exact: in units of a cycle over the product of the rates, rounded
 /// up at the end. Throws Error for a network without nodes, for numbers above 10^6 (latency, crossing: 10^12) and rates above 4,096, for chips
-/// with one side of 0, for a node outside the network, for more than 2^30 bytes in a transfer, and for a phase without transfers. Cost: a look at each link of each way, twice.
+/// with one side of 0, for a node outside the network, for more than 2^30 bytes in a transfer, and for a phase without transfers. Cost: a
+/// look at each link of each way, twice.
 TILEMESH_HOST NetworkTime time_of(Network const& network, std::span<NetworkTransfer const> phase);
 
 }} // namespace tilemesh

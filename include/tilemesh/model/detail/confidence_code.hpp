@@ -9,11 +9,21 @@
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/network.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
+
+TILEMESH_HOST PriceKind kind_of_network(Network const& n) noexcept
+{
+    auto weakest = PriceKind::documented;
+    for (auto const* number : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.flit, &n.packet, &n.head, &n.hop, &n.latency, &n.issue, &n.outstanding, &n.border,
+                               &n.crossing})
+        if (number->value != 0) weakest = std::max(weakest, kind_of_source(number->source));
+    return weakest;
+}
 
 TILEMESH_HOST Confidence confidence_of(CostModel const& model, Trace const& trace, RunCost const& cost)
 {
@@ -44,7 +54,7 @@ TILEMESH_HOST Confidence confidence_of(CostModel const& model, Trace const& trac
         add("run", c.compute - std::min(c.compute, counted));
         std::uint64_t const fixed = std::min(c.exchange - c.crossing, model.exchange_cycles);
         add("exchange", fixed);
-        add("exchange_byte", c.exchange - c.crossing - fixed);
+        add(model.network ? "network" : "exchange_byte", c.exchange - c.crossing - fixed);
         add("borders between chips", c.crossing);
         add("sync", c.sync);
         add("vote", c.vote);
@@ -52,6 +62,7 @@ TILEMESH_HOST Confidence confidence_of(CostModel const& model, Trace const& trac
     std::stable_sort(cycles.begin(), cycles.end(), [](auto const& a, auto const& b) { return a.second > b.second; });
     Confidence out;
     auto const kind_of = [&](std::string const& name) {
+        if (model.network && name == "network") return kind_of_network(*model.network);
         auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& known) { return known.name == name; });
         return p == model.parameters.end() ? PriceKind::guessed : p->kind;
     };

@@ -57,8 +57,8 @@ TILEMESH_HOST std::vector<NetworkNode> nodes_of(Network const& network, Grid gri
     return nodes;
 }
 
-TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& network, std::vector<NetworkNode> const& nodes, SuperstepSample const& superstep,
-                                                              Grid grid, ExchangeCost cost)
+TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& network, std::vector<NetworkNode> const& nodes,
+                                                              SuperstepSample const& superstep, Grid grid, ExchangeCost cost)
 {
     std::vector<NetworkTransfer> out;
     auto const send = [&](std::uint32_t from, std::uint32_t to, Direction d, std::uint64_t bytes) {
