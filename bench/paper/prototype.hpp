@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/operations.hpp>
 
 // The authors' prototype as a program on the mesh. It is written from descriptions of the public code of 2024 and 2026; no code is copied.
 // It moves one hop a frame and looks at every slot of every buffer. All steps except blending run on one worker. Copies are sent again, and
@@ -19,8 +19,14 @@ namespace paper {
 using namespace tilemesh;
 using splat::Gaussian;
 using splat::GaussianId;
-using splat::Operation;
-using splat::Operations;
+
+/// The operations that take the prototype's time. Its slots have two prices: each slot is looked at once a frame, whatever is in it; and
+/// each insertion looks at the records that wait in the list.
+struct Operation {
+    enum Kind : std::uint32_t { slot, projection, routed, waiting, comparison, pair, pixel };
+    static constexpr char const* names[] = {"slot", "projection", "routed", "waiting", "comparison", "pair", "pixel"};
+};
+using Operations = tilemesh::Operations<Operation>;
 
 /// The slots in the code: 24,000 bytes of a channel and 192,000 bytes of storage, at a stride of 240 bytes per Gaussian (60 floats, of
 /// which 15 are used). The paper divides the same bytes by 60: 400 and 3,200 slots.
@@ -49,6 +55,7 @@ struct Pixels : Buffer<std::uint32_t, 32 * 20> {};
 /// The events on a tile in the frame.
 struct Happened {
     std::uint32_t arrivals, records, lost, refused, comparisons, pairs_of_worker[6];
+    std::uint32_t waiting_received, waiting_sent; ///< records at which insertions looked: while receiving, and while sending
 };
 struct PrototypeFrame {
     splat::Camera camera;
@@ -157,13 +164,22 @@ constexpr Direction best_direction(TileId from, TileId to) noexcept
     return to.x() > from.x() ? Direction::east : Direction::west;
 }
 
-/// Inserts a Gaussian into a list without holes, unless its id is there. Returns false if the list is full.
+/// Inserts a Gaussian into a list without holes, unless its id is there. Returns false if the list is full. Adds the records at which it looks.
 template <class List>
-bool insert_once(List& list, Gaussian const& g) noexcept
+bool insert_once(List& list, Gaussian const& g, std::uint32_t& looked) noexcept
 {
-    for (auto const& there : list)
+    for (auto const& there : list) {
+        ++looked;
         if (there.id == g.id) return true;
+    }
     return list.try_push(g);
+}
+/// The records before the first free slot, or before the id if it is nearer.
+inline std::uint32_t waiting_before(StoredIds const& ids, GaussianId id) noexcept
+{
+    std::uint32_t i = 0;
+    while (i < ids.size() && ids[i] != GaussianId::none && ids[i] != id) ++i;
+    return i;
 }
 /// Puts a Gaussian into the first free slot, unless its id is there. Returns false if there is no free slot.
 inline bool store_once(Stored& stored, StoredIds& ids, Gaussian const& g) noexcept
@@ -189,10 +205,11 @@ struct Receive {
         happened = {};
         s0.truncate(0), s1.truncate(0), s2.truncate(0), s3.truncate(0);
         auto const stage = [&](Direction d, Gaussian const& g) {
-            bool const there = d == Direction::north  ? insert_once(s0, g)
-                               : d == Direction::east ? insert_once(s1, g)
-                               : d == Direction::west ? insert_once(s2, g)
-                                                      : insert_once(s3, g);
+            auto& looked = happened.waiting_received;
+            bool const there = d == Direction::north  ? insert_once(s0, g, looked)
+                               : d == Direction::east ? insert_once(s1, g, looked)
+                               : d == Direction::west ? insert_once(s2, g, looked)
+                                                      : insert_once(s3, g, looked);
             happened.refused += there ? 0 : 1;
             return there;
         };
@@ -210,6 +227,7 @@ struct Receive {
                 } else {
                     bloom(here, from, g, *f, stage);
                 }
+                happened.waiting_received += waiting_before(ids, g.id);
                 if (!store_once(stored, ids, g)) ++happened.lost;
             }
     }
@@ -218,6 +236,7 @@ struct Receive {
         Operations done;
         done[Operation::slot] = 4 * in[Direction::north].capacity();
         done[Operation::routed] = happened.arrivals;
+        done[Operation::waiting] = happened.waiting_received;
         return done;
     }
 
@@ -250,7 +269,7 @@ struct ProjectAndRoute {
         for (auto const& g : s2) out[Direction::west].unchecked_push(g);
         for (auto const& g : s3) out[Direction::south].unchecked_push(g);
         auto const send = [&](Direction d, Gaussian const& g) {
-            bool const there = insert_once(out[d], g);
+            bool const there = insert_once(out[d], g, happened.waiting_sent);
             happened.refused += there ? 0 : 1;
             return there;
         };
@@ -279,6 +298,7 @@ struct ProjectAndRoute {
         Operations done;
         done[Operation::slot] = ids.size();
         done[Operation::projection] = happened.records;
+        done[Operation::waiting] = happened.waiting_sent;
         return done;
     }
 };

@@ -75,6 +75,7 @@ PrototypeRun run_prototype(std::string const& name, std::filesystem::path const&
     limit_slots(mesh, coded_channel_slots, storage);
     load(mesh, scene.map, share, storage);
     PrototypeRun run;
+    run.tiles = columns * rows;
     for (; run.frames < plan.frames; ++run.frames) {
         bool const draws = run.frames % plan.draw_every == plan.draw_every - 1;
         auto const camera =
@@ -89,6 +90,13 @@ PrototypeRun run_prototype(std::string const& name, std::filesystem::path const&
             add(run.count[stage], s.tiles, [&](TileSample const& t) { return static_cast<double>(t.operations[counted[stage]]); });
             add(run.milliseconds[stage], s.tiles,
                 [&](TileSample const& t) { return milliseconds(model, cost.busy[stage][t.tile]); });
+            if (stage < run.waiting.size()) {
+                add(run.waiting[stage], s.tiles, [](TileSample const& t) { return static_cast<double>(t.operations[Operation::waiting]); });
+                for (auto const& t : s.tiles) {
+                    run.counted_each[stage].push_back(static_cast<float>(t.operations[counted[stage]]));
+                    run.waiting_each[stage].push_back(static_cast<float>(t.operations[Operation::waiting]));
+                }
+            }
             run.slots[stage] = s.tiles.front().operations[Operation::slot]; // on every tile, in every frame
         }
         run.exchange_ms += milliseconds(model, cost.supersteps[index(Stage::projection)].exchange);
@@ -106,6 +114,7 @@ PrototypeRun run_prototype(std::string const& name, std::filesystem::path const&
         auto const frames = stage >= index(Stage::sort) ? run.drawn : run.frames;
         averaged(run.count[stage], frames);
         averaged(run.milliseconds[stage], frames);
+        if (stage < run.waiting.size()) averaged(run.waiting[stage], frames);
     }
     run.exchange_ms /= std::max(run.frames, 1u);
     return run;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <tilemesh/model/cost_model.hpp>
+#include <vector>
 
 namespace paper {
 
@@ -25,6 +26,10 @@ struct PrototypeRun {
     std::uint32_t frames = 0, drawn = 0;              ///< number of frames, and of those that sorted and blended
     std::array<OverTiles, stages_timed> count{};      ///< arrivals, records, comparisons, pairs
     std::array<double, stages_timed> slots{};         ///< slots that each tile looked at: of channels, of storage
+    std::array<OverTiles, 2> waiting{};               ///< records at which insertions looked: Route, Projection
+    /// Of every tile in every frame: arrivals and waiting records of Route, records and waiting records of Projection.
+    std::array<std::vector<float>, 2> counted_each{}, waiting_each{};
+    std::uint32_t tiles = 0;
     std::array<OverTiles, stages_timed> milliseconds{};
     double exchange_ms = 0;
     std::uint64_t lost = 0;                           ///< records and copies that found no storage slot, counted once per frame and tile

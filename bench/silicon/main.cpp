@@ -1,4 +1,5 @@
 // How well the model of a network predicts a measured chip: traces of a NoC with time stamps of the device, against counted loads.
+#include "judges.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/options.hpp>
@@ -19,6 +20,7 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -27,15 +29,20 @@ namespace report = tilemesh::report;
 using tilemesh::Error;
 
 constexpr char const* usage = R"(usage: silicon --traces DIR [--csv FILE] [--worst N]
+       silicon --judges FILE [--paper FILE] [--traces DIR] [--csv FILE] [--worst N]
 Reads NoC traces of a Wormhole chip (one JSON list of events a file), and compares the cycles from the first transfer to the
-end of the last barrier with the model of include/tilemesh/model/network.hpp.
-  --traces DIR   a folder of .json files
-  --csv FILE     write trace,measured_cycles,predicted_cycles,at_least_cycles,loaded_cycles,transfers,bytes,bound_by
-  --worst N      print the N traces with the largest error [5]
+end of the last barrier with the model of include/tilemesh/model/network.hpp. With --judges, compares published measurements
+of several machines with the library's models.
+  --traces DIR   a folder of .json files; with --judges, each trace is one more measurement
+  --judges FILE  machine,figure,measured,unit,phase,missing,source (bench/silicon/judges.csv)
+  --paper FILE   what `paper --table stage --csv FILE` wrote: the predictions of the stages
+  --csv FILE     write trace,measured_cycles,predicted_cycles,at_least_cycles,loaded_cycles,transfers,bytes,bound_by;
+                 with --judges machine,figure,measured,unit,predicted,ratio,at_least,bound_by,missing,source
+  --worst N      print the N rows with the largest error [5]
 )";
 
 struct Options {
-    std::filesystem::path traces, csv;
+    std::filesystem::path traces, judges, paper, csv;
     std::uint32_t worst = 5;
     bool help = false;
 };
@@ -47,11 +54,15 @@ Options parse(std::vector<std::string> const& given)
         auto const& name = words.option();
         if (name == "--help") words.flag(), o.help = true;
         else if (name == "--traces") o.traces = words.path();
+        else if (name == "--judges") o.judges = words.path();
+        else if (name == "--paper") o.paper = words.path();
         else if (name == "--csv") o.csv = words.path();
         else if (name == "--worst") o.worst = words.number(0, 10'000);
         else words.refuse();
     }
-    if (!o.help && o.traces.empty()) throw Error("no traces to judge by (--traces is not given); name a folder with --traces DIR");
+    if (!o.help && o.traces.empty() && o.judges.empty())
+        throw Error("no traces to judge by (--traces is not given); name a folder with --traces DIR, or a table with --judges FILE");
+    if (o.judges.empty() && !o.paper.empty()) throw Error("no measurements to judge by (--paper is given without --judges); add --judges FILE");
     if (!o.csv.empty()) bench::expect_folder_of(o.csv);
     return o;
 }
@@ -135,7 +146,7 @@ void add_row(report::Table& table, std::vector<Trace> const& traces, char const*
                    std::to_string(right) + " of " + std::to_string(pairs), std::to_string(above)});
 }
 
-int run(Options const& o)
+std::vector<Trace> read_all(Options const& o)
 {
     std::vector<std::filesystem::path> files;
     std::error_code failed;
@@ -145,7 +156,31 @@ int run(Options const& o)
     std::sort(files.begin(), files.end());
     std::vector<Trace> traces;
     for (auto const& file : files) traces.push_back(read(file));
+    return traces;
+}
 
+/// Published measurements, and the traces as more of them.
+int judge(Options const& o)
+{
+    std::vector<silicon::Judge> judges;
+    if (!o.traces.empty())
+        for (auto const& t : read_all(o))
+            judges.push_back({"Wormhole (traces)", t.name, "cycles", "", "tt-npe trace", static_cast<double>(t.measured), static_cast<double>(t.time.drained),
+                              static_cast<double>(t.time.at_least), true, tilemesh::NetworkResource::names[t.time.bound.kind]});
+    for (auto& j : silicon::read_judges(o.judges, o.paper)) judges.push_back(std::move(j));
+    bool const holds = silicon::print_judges(judges, o.worst);
+    if (!o.csv.empty()) {
+        report::WholeFile file(o.csv, "some kilobytes");
+        file.put(silicon::judges_csv(judges));
+        file.finish();
+    }
+    return holds ? 0 : 1;
+}
+
+int run(Options const& o)
+{
+    if (!o.judges.empty()) return judge(o);
+    auto const traces = read_all(o);
     auto const guesses = [&](auto const& of) {
         std::vector<double> all;
         for (auto const& t : traces) all.push_back(static_cast<double>(of(t)));

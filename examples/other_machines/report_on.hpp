@@ -7,6 +7,7 @@
 #include <string>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/trace_maps.hpp>
@@ -51,7 +52,8 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
         bool const same = frame.image.rgb.size() == naive.size() &&
                           std::memcmp(frame.image.rgb.data(), naive.data(), naive.size() * sizeof(float)) == 0;
         std::cout << '\n' << tilemesh::cost_table(model, renderer.trace(), cost) << "frame: " << tilemesh::milliseconds_text(model, cost.cycles)
-                  << " ms modelled\n" << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
+                  << " ms modelled, assumed\n" << tilemesh::confidence_text(model, renderer.trace(), cost) << '\n'
+                  << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
         ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
         if (before == 0 && !out.empty()) {
             auto const ledger = Shown::Layout::ledger();
@@ -61,7 +63,7 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
             auto file = machine;
             std::replace(file.begin(), file.end(), ' ', '_');
             tilemesh::TracePage page;
-            page.title = "A cold start on " + machine;
+            page.title = "A cold start on " + machine + ", by assumed numbers";
             page.facts = {{"numbers", tilemesh::assumed_text(model)}};
             page.ledger.assign(ledger.begin(), ledger.end());
             page.sram_bytes = S::Machine::sram_bytes;

@@ -16,6 +16,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
@@ -287,7 +288,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     table << cost_table(model_, trace, cost);
     cost_text_ = "modelled by " + shared::one_line(model_.name, 60) + " (" +
                  (model_.exchange_cost == tilemesh::ExchangeCost::capacity ? "capacity" : "live") + " exchange), busy " +
-                 utilisation + " of all tile time:\n" + table.str();
+                 utilisation + " of all tile time:\n" + table.str() + confidence_text(model_, trace, cost) + "\n";
     if (energy)
         cost_text_ += "energy by " + shared::one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
                       report::joules_text(energy->joules) + " J\n";

@@ -30,10 +30,13 @@
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/chips.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/energy_range.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/hosts.hpp>
 #include <tilemesh/model/network.hpp>
 #include <tilemesh/model/no_progress.hpp>

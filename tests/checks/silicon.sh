@@ -5,6 +5,7 @@ set -u
 LC_ALL=C
 export LC_ALL
 case $1 in /*) program=$1 ;; *) program=$PWD/$1 ;; esac
+table=$(cd "$(dirname "$0")/../../bench/silicon" && pwd)/judges.csv || exit 1
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
@@ -52,6 +53,49 @@ for text in '' '{}' '[' '[{"timestamp": 1, "type": "READ_BARRIER_END"}]' '[{"tim
 done
 { echo "$zone" && read_at 1000 30 1 1 1 2048 && end_at 1500; } >empty/bad.json
 refuses "a transfer at node (30, 1)" --traces empty
+
+# Published measurements: four rows by hand. A read of the next node takes 12 hops there and back; 24,000 bytes take 6,000 cycles of Mk2.
+columns=machine,figure,measured,unit,phase,missing,source
+{
+    echo "$columns"
+    echo "Wormhole,a,505,cycles,pair read straight 1 64,,hand"
+    echo "Blackhole,b,392,cycles,pair write straight 4 1024,,hand"
+    echo "C600,c,0.005,ms,compiled 24000,lookups,hand"
+    echo "CS-1,d,6,cycles a hop,reduce 602 595,forward,hand"
+    echo "GC200,e,2,ms,stage sloth route_mean_ms,stages,hand"
+} >judges.csv
+{ echo "table,row,quantity,paper,ours,ratio,kind,how,note" && echo "stage,sloth,route_mean_ms,2,3,1.5,modelled,predicted,n" &&
+    echo "stage,sloth,route_mean_ms,2,9,1.5,null_model,null model,n"; } >paper.csv
+"$program" --judges judges.csv --paper paper.csv --csv judged.csv >stdout || fail "judges: status $?"
+for row in "Wormhole,a,505.0,cycles,$((127 + 12 * 9 + 270)),1.000,3.0000,issue,,hand" \
+    "Blackhole,b,392.0,cycles,$((4 * 17 + 12 * 9 + 20)),0.500,68,port out,,hand" \
+    "C600,c,0.0050,ms,0.0048,0.951,,port in,the program looks up 400 records a tile: instructions that no document prices; there is no host copy in it,hand" \
+    "CS-1,d,6.0000,cycles a hop,12,2.000,,hops,our Reduce wakes a core on each hop and ends in a corner; the wafer's routers forward in one cycle to its middle,hand" \
+    "GC200,e,2.0000,ms,3.0000,1.500,,compute,a price of Sort that explains its mean and its slowest tile,hand"; do
+    grep -qxF "$row" judged.csv || fail "judges: no line $row in $(cat judged.csv)"
+done
+"$program" --judges judges.csv >stdout || fail "judges without --paper: status $?"
+awk '$1 == "GC200" && $2 == 0 && $3 == 1 { found = 1 } END { exit !found }' stdout || fail "a row without a prediction is not skipped: $(cat stdout)"
+sed 's/505/2/' judges.csv >fast.csv
+"$program" --judges fast.csv >stdout && fail "a published time below the bound passes"
+grep -q "^BROKEN: a bound of documented rates is above a measured time$" stdout || fail "nothing is said to be broken"
+for line in "Wormhole,a,505,cycles,pair read straight 1 64,hand" "Wormhole,a,0,cycles,pair read straight 1 64,,hand" "Wormhole,a,x,cycles,reduce 2 2,,hand" \
+    "Wormhole,a,5,cycles,pair read straight 1,,hand" "Wormhole,a,5,cycles,pair read straight 1 0,,hand" "Wormhole,a,5,cycles,pair look straight 1 64,,hand" \
+    "Epiphany,a,5,cycles,pair read straight 1 64,,hand" "Wormhole,a,5,cycles,guess,,hand" "Wormhole,a,5,cycles,reduce 2 2,,"  "Wormhole,a,5,cycles,reduce 2 2,why,hand"; do
+    { echo "$columns" && echo "$line"; } >wrong.csv
+    refuses "^line 2 of the measurements cannot be used" --judges wrong.csv
+done
+echo "$line" >wrong.csv
+refuses "^line 1 of the measurements cannot be used" --judges wrong.csv
+refuses "nothing to read" --judges absent.csv
+refuses "no measurements to judge by" --traces traces --paper paper.csv
+# The table of the bench: at least 100 measurements of three machines, each with what bounds it.
+"$program" --judges "$table" --csv judged.csv >stdout || fail "the bench's table: status $?: $(grep BROKEN stdout)"
+awk -F, 'NR > 1 && $8 != "skipped" { ++rows; if ($8 == "" || $10 == "") bad = 1; if (!($1 in seen)) { seen[$1]; ++machines } }
+    END { exit !(rows >= 100 && machines >= 3 && !bad) }' judged.csv || fail "the bench's table has too few rows"
+# Transfers of 4 KiB and more are right on both chips.
+awk '($1 == "Wormhole" || $1 == "Blackhole") && $2 >= 4096 { ++n; if ($5 > 10) bad = 1 } END { exit !(n == 4 && !bad) }' stdout ||
+    fail "large transfers are predicted worse than they were: $(cat stdout)"
 
 if [ -d "${TILEMESH_DATA:-}/noc" ]; then
     "$program" --traces "$TILEMESH_DATA/noc" >stdout || fail "measured traces: status $?"

@@ -106,7 +106,7 @@ TEST_CASE("chips: the files of a trace show the borders; a model's file refuses 
 {
     std::ostringstream csv, timeline, plain;
     write_step_csv(csv, by_hand(), on(two), grid);
-    CHECK(has(csv.str(), "slowest_x,slowest_y,crossing_bytes,crossing_cycles\n0,0,Send,3,10,198,7,0,1,0,48,74\n"));
+    CHECK(has(csv.str(), "slowest_x,slowest_y,crossing_bytes,crossing_cycles,bound_by\n0,0,Send,3,10,198,7,0,1,0,48,74,border (0 0) e\n"));
     write_step_csv(plain, by_hand(), on({}), grid);
     CHECK_FALSE(has(plain.str(), "crossing"));
     write_chrome_trace(timeline, by_hand(), on(two), grid);

@@ -7,7 +7,9 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/energy_range.hpp>
 
 // Energy: an example computed by hand, exact sums, refusals of events without an energy, and the file.
 using namespace tilemesh;
@@ -213,4 +215,32 @@ TEST_CASE("energy: the file gives back the model, and has no line for an event t
     begins("energy m\nslot 1 fJ x\nslot 1 fJ x\n", "3 repeats a parameter (slot is in line 2)");
     begins("energy m\nclock 1 kHz x\n", "2 has an unknown parameter");
     begins("energy m\n#" + std::string(4096, '.'), "2 is too long (more than 4096 bytes); shorten its source, or name an energy model");
+}
+
+TEST_CASE("energy: Mk2's range has an energy for each of its operations, with a source, and an answer is a range")
+{
+    auto const range = mk2_energies();
+    for (auto const* e : {&range.least, &range.most}) {
+        CHECK(e->events.size() == mk2().prices.size() + 3);
+        for (auto const& p : e->events) {
+            CAPTURE(p.name);
+            // What no source has is 0, never a number.
+            CHECK((p.kind == PriceKind::documented || (p.kind == PriceKind::guessed && p.value == 0)));
+        }
+        CHECK(read(written(*e)) == *e);
+    }
+    auto const of = [](EnergyModel const& e, char const* name) {
+        for (auto const& p : e.events)
+            if (p.name == name) return p.value;
+        return std::uint64_t{1};
+    };
+    CHECK(of(range.least, "pair") == 13'755);        // 21 flops, 10.5 multiplications of 1.31 pJ
+    CHECK(of(range.least, "projection") == 189'295); // 289 flops
+    CHECK(of(range.least, "slot") == 0);
+    CHECK(of(range.least, "sent_byte") == 150);
+    CHECK(of(range.most, "tile_cycle") == 94'853); // 185 W / 1,472 / 1.325 GHz
+    // Three tiles, two supersteps: 4 * 24 bytes of capacity a tile; and every tile's cycles.
+    auto const joules = joules_range(range, model(), by_hand(), row);
+    CHECK(joules.least == femto(3 * 96 * 150));
+    CHECK(joules.most == femto(3 * (cycles[0] + cycles[1]) * 94'853));
 }

@@ -24,7 +24,7 @@ Network plain()
     Network n;
     n.name = "plain";
     n.columns = 4, n.rows = 3;
-    n.link = n.port = {1, "by hand"};
+    n.link = n.port_in = n.port_out = {1, "by hand"};
     n.flit = {1, "by hand"};
     n.packet = {1000, "by hand"};
     return n;
@@ -82,16 +82,30 @@ std::tuple<long double, long double, long double> by_names(Network const& n, std
             auto const up = [](std::uint64_t a, std::uint64_t b) { return static_cast<long double>((a + b - 1) / b); };
             long double const packets = up(t.bytes, n.packet.value);
             long double const bytes = up(t.bytes, n.flit.value) * static_cast<long double>(n.flit.value) + packets * static_cast<long double>(n.head.value);
-            auto const add = [&](std::string const& what, std::uint64_t rate, long double more) {
-                if (rate != 0) load[what] += bytes / static_cast<long double>(rate) + more;
+            auto const add = [&](std::string const& what, NetworkNumber const& rate, long double more) {
+                if (rate.value != 0) load[what] += bytes * static_cast<long double>(rate.per) / static_cast<long double>(rate.value) + more;
             };
             std::string const net = t.way == NetworkWay::columns_first ? "0 " : "1 ";
-            add("out " + net + name(t.source), n.port.value, 0);
-            add("in " + net + name(t.sink), n.port.value, 0);
+            add("out " + net + name(t.source), n.port_out, 0);
+            add("in " + net + name(t.sink), n.port_in, 0);
             bool const memory = std::count(n.memory_columns.begin(), n.memory_columns.end(), t.source.x) != 0;
-            if (memory) add("memory " + name(t.source), n.memory.value, 0);
+            if (memory) add("memory " + name(t.source), n.memory, 0);
             for (auto const& link : links_of(n, t))
-                add("link " + link, n.link.value, meeting && memory && sources[link].size() > 2 ? packets * static_cast<long double>(n.hop.value) : 0);
+                add("link " + link, n.link, meeting && memory && sources[link].size() > 2 ? packets * static_cast<long double>(n.hop.value) : 0);
+            // Of each border that the way crosses, from chip to chip: the bytes, and once its cycles.
+            std::int64_t x = t.source.x, y = t.source.y;
+            for (auto const& link : links_of(n, t)) {
+                if (n.chip_columns == 0) break;
+                auto const chip = [&] { return std::to_string(x / n.chip_columns) + "," + std::to_string(y / n.chip_rows); };
+                auto const before = chip();
+                char const side = link.back();
+                x = (x + (side == 'e' ? 1 : side == 'w' ? -1 : 0) + n.columns) % n.columns;
+                y = (y + (side == 's' ? 1 : side == 'n' ? -1 : 0) + n.rows) % n.rows;
+                if (chip() == before || n.border.value == 0) continue;
+                auto const border = "border " + before + side;
+                if (load.count(border) == 0) load[border] = static_cast<long double>(n.crossing.value);
+                add(border, n.border, 0);
+            }
             if (issue) load["core " + std::to_string(t.core)] += static_cast<long double>(n.issue.value);
         }
         long double most = 0;
@@ -170,7 +184,7 @@ TEST_CASE("a phase by hand: ports, links, memory, issue, rounds, hops")
     n = plain();
     n.memory_columns = {0};
     n.memory = {24, "by hand"};
-    n.port = n.link = {32, "by hand"};
+    n.port_in = n.port_out = n.link = {32, "by hand"};
     n.flit = {32, "by hand"};
     CHECK(of(n, {move({0, 0}, {1, 0}, 32), move({0, 0}, {1, 0}, 1)}).at_least == 3); // 64 / 24
     CHECK(of(n, {move({1, 0}, {2, 0}, 32), move({1, 0}, {2, 0}, 1)}).at_least == 2); // 64 / 32
@@ -199,7 +213,10 @@ TEST_CASE("random phases: an independent calculation, to the cycle; and the boun
             n.torus = random.below(2) == 0;
             n.columns = 1 + random.below(6), n.rows = 1 + random.below(6);
             n.memory_columns = {random.below(n.columns)};
-            n.link.value = 1 + random.below(64), n.port.value = random.below(64), n.memory.value = random.below(64);
+            n.link.value = 1 + random.below(64), n.memory.value = random.below(64);
+            n.port_in.value = random.below(64), n.port_out.value = random.below(64), n.port_in.per = 1 + random.below(3);
+            n.chip_columns = random.below(4), n.chip_rows = n.chip_columns == 0 ? 0 : 1 + random.below(3);
+            n.border.value = random.below(30), n.crossing.value = random.below(200);
             n.flit.value = 1 + random.below(64), n.packet.value = 1 + random.below(4096), n.head.value = random.below(64);
             n.hop.value = random.below(20), n.issue.value = random.below(300), n.latency.value = random.below(500);
             n.outstanding.value = random.below(9);
@@ -237,16 +254,38 @@ TEST_CASE("a network that cannot be, and a transfer outside it, are refused")
     bad.flit.value = 0;
     CHECK(has(refusal(bad, good), "0 bytes"));
     bad = plain();
-    bad.latency.value = 1'000'001;
+    bad.hop.value = 1'000'001;
     CHECK(has(refusal(bad, good), "at most 1,000,000"));
+    bad = plain();
+    bad.latency.value = 1'000'000'000'001;
+    CHECK(has(refusal(bad, good), "at most 10^12"));
+    bad = plain();
+    bad.chip_rows = 2;
+    CHECK(has(refusal(bad, good), "give both sides"));
     bad = plain();
     bad.link.value = 4097;
     CHECK(has(refusal(bad, good), "at most 4,096"));
-    bad.link.value = 4093, bad.port.value = 4091, bad.memory.value = 4079; // primes
+    bad.link.value = 4093, bad.port_in.value = 4091, bad.memory.value = 4079; // primes
     CHECK(has(refusal(bad, {move({0, 0}, {1, 0}, std::uint64_t{1} << 30)}), "do not fit 64 bits"));
-    for (auto const& number : {wormhole().link, wormhole().port, wormhole().memory, wormhole().flit, wormhole().packet, wormhole().head,
+    for (auto const& number : {wormhole().link, wormhole().port_in, wormhole().port_out, wormhole().memory, wormhole().flit, wormhole().packet, wormhole().head,
                                wormhole().hop, wormhole().latency, wormhole().issue, wormhole().outstanding}) {
         bool const says = number.source.starts_with("document: ") || number.source.starts_with("measured by others: ") || number.source.starts_with("fitted: ");
         CHECK(says);
     }
+}
+
+TEST_CASE("blackhole has documented numbers alone, and none that is fitted or measured")
+{
+    auto const n = blackhole();
+    for (auto const& number : {n.link, n.port_in, n.port_out, n.memory, n.flit, n.packet, n.head, n.hop, n.latency, n.issue, n.outstanding}) {
+        bool const says = number.value == 0 ? number.source.starts_with("guess: ") : number.source.starts_with("document: ");
+        CHECK(says);
+    }
+    // Four writes of 1 KiB to the next core: 16 flits and a head each. The way there and back is once around a column.
+    std::vector<NetworkTransfer> const four(4, move({1, 2}, {1, 3}, 1024));
+    CHECK(of(n, four).at_least == 4 * 17);
+    CHECK(of(n, four).drained == 4 * 17 + 12 * 9 + 20);
+    CHECK(of(n, four).loaded == of(n, four).drained);
+    CHECK(of(n, {move({1, 2}, {1, 3}, 16384)}).at_least == 257); // one packet
+    CHECK(of(n, {move({1, 2}, {1, 3}, 16385)}).at_least == 259); // two, and one more flit
 }

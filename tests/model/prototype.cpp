@@ -203,6 +203,27 @@ TEST_CASE("every slot is looked at, and every comparison and pair counted")
     CHECK(s[3].tiles[0].operations[Operation::pair] == 0);
 }
 
+TEST_CASE("each insertion looks at the records that wait: in a channel until the id, in storage until the id or a free slot")
+{
+    Mesh<Prototype, Machine> mesh{{}, grid};
+    set_up(mesh, 3, 8);
+    put(mesh, TileId::at(0, 0), at(25, 5, 3, 1)); // both go two tiles to the east
+    put(mesh, TileId::at(0, 0), at(25, 5, 3, 2));
+    auto const waiting = [&](std::size_t step, TileId tile) {
+        return mesh.trace().supersteps[step].tiles[grid.index_of(tile)].operations[Operation::waiting];
+    };
+    mesh.run();
+    CHECK(waiting(0, TileId::at(0, 0)) == 0);
+    CHECK(waiting(1, TileId::at(0, 0)) == 1); // the second record behind the first
+    mesh.run();
+    CHECK(waiting(0, TileId::at(1, 0)) == 2); // the second in the staged list, and in storage
+    CHECK(waiting(1, TileId::at(1, 0)) == 1 + 2); // both are staged already: sent once more, they are found by their ids
+    mesh.run();
+    CHECK(waiting(0, TileId::at(2, 0)) == 1); // at home: storage alone
+    CHECK(waiting(1, TileId::at(2, 0)) == 0);
+    CHECK(mesh.trace().supersteps[0].tiles[0].operations[Operation::slot] == 12); // looks at records are no looks at slots
+}
+
 TEST_CASE("modelled cycles of the prototype are the same on both engines and any number of threads")
 {
     auto const model = paper::mk2_prototype();
@@ -246,16 +267,19 @@ TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarte
     // The counts of the prototype on the two maps, averaged over two orbits: `paper --table stage` counts them again.
     struct Case {
         double slots[2], arrivals[2], records[2], comparisons[2], pairs; // mean, most
+        double received[2], sent[2];                                     // waiting records looked at: in Route, in Projection
         double paper[8];                                                 // Route, Projection, Sort: mean, most; Blend; Total
     };
-    Case const salad = {{400, 827}, {130.74, 392.24}, {136.67, 804.82}, {1166.05, 10211.1}, 608'619, {4.14, 14.22, 3.95, 11.61, 0.26, 3.37, 16.66, 45.86}};
-    Case const sloth = {{400, 818}, {61.38, 389.44}, {53.37, 811.23}, {412.00, 9715.1}, 591'648, {2.71, 13.70, 3.41, 11.15, 0.12, 3.40, 16.15, 44.40}};
+    Case const salad = {{400, 827}, {130.74, 392.24}, {136.67, 804.82}, {1166.05, 10211.1}, 608'619, {14'861, 178'948}, {8'863, 78'363},
+                        {4.14, 14.22, 3.95, 11.61, 0.26, 3.37, 16.66, 45.86}};
+    Case const sloth = {{400, 818}, {61.38, 389.44}, {53.37, 811.23}, {412.00, 9715.1}, 591'648, {5'459, 178'769}, {3'008, 76'015},
+                        {2.71, 13.70, 3.41, 11.15, 0.12, 3.40, 16.15, 44.40}};
     for (auto const& c : {salad, sloth}) {
         auto const ms = [&](char const* o, double n) { return n * static_cast<double>(price_of(model, o)) / 1000 / static_cast<double>(model.clock_khz); };
-        double const ours[7] = {ms("slot", c.slots[0]) + ms("routed", c.arrivals[0]),
-                                ms("slot", c.slots[0]) + ms("routed", c.arrivals[1]),
-                                ms("slot", c.slots[1]) + ms("projection", c.records[0]),
-                                ms("slot", c.slots[1]) + ms("projection", c.records[1]),
+        double const ours[7] = {ms("slot", c.slots[0]) + ms("routed", c.arrivals[0]) + ms("waiting", c.received[0]),
+                                ms("slot", c.slots[0]) + ms("routed", c.arrivals[1]) + ms("waiting", c.received[1]),
+                                ms("slot", c.slots[1]) + ms("projection", c.records[0]) + ms("waiting", c.sent[0]),
+                                ms("slot", c.slots[1]) + ms("projection", c.records[1]) + ms("waiting", c.sent[1]),
                                 ms("comparison", c.comparisons[0]),
                                 ms("comparison", c.comparisons[1]),
                                 ms("pair", c.pairs)};
@@ -263,6 +287,7 @@ TEST_CASE("the prices: of Salad alone, and Sloth's stages follow within a quarte
         for (int i = 0; i < 7; ++i) {
             CAPTURE(i);
             CHECK(std::fabs(ours[i] / c.paper[i] - 1) <= 0.25);
+            if (i < 4) CHECK(std::fabs(ours[i] / c.paper[i] - 1) <= 0.09); // two prices explain a mean and a slowest tile
         }
         CHECK(std::fabs(total / c.paper[7] - 1) <= 0.25);
     }

@@ -175,12 +175,12 @@ TEST_CASE("trace files: tables of three tiles and two supersteps, by hand")
           "1,1,Take,1,0,1,0,0,0,0,0,0,0,0,0,0,4,11\n"
           "1,1,Take,2,0,3,0,0,0,0,0,0,0,0,0,0,12,12\n");
     std::string const header = "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,"
-                               "slowest_x,slowest_y\n";
-    CHECK(step_csv(by_hand(), model(), row) == header + "0,0,Send,3,31,124,7,0,1,0\n1,1,Take,2,12,0,7,3,2,0\n");
+                               "slowest_x,slowest_y,bound_by\n";
+    CHECK(step_csv(by_hand(), model(), row) == header + "0,0,Send,3,31,124,7,0,1,0,port in (0 0)\n1,1,Take,2,12,0,7,3,2,0,compute (2 0)\n");
     // In a column, x and y change places.
-    CHECK(step_csv(by_hand(), model(), {1, 3}) == header + "0,0,Send,3,31,124,7,0,0,1\n1,1,Take,2,12,0,7,3,0,2\n");
+    CHECK(step_csv(by_hand(), model(), {1, 3}) == header + "0,0,Send,3,31,124,7,0,0,1,port in (0 0)\n1,1,Take,2,12,0,7,3,0,2,compute (0 2)\n");
     // A machine on which nothing takes time has no slowest tile.
-    CHECK(step_csv(by_hand(), free_of_charge(), row) == header + "0,0,Send,3,0,0,0,0,,\n1,1,Take,2,0,0,0,0,,\n");
+    CHECK(step_csv(by_hand(), free_of_charge(), row) == header + "0,0,Send,3,0,0,0,0,,,\n1,1,Take,2,0,0,0,0,,,\n");
 }
 
 TEST_CASE("trace files: each operation and side has its own column")
@@ -413,7 +413,7 @@ TEST_CASE("trace files: nothing ran")
     Trace quiet;
     quiet.kernels = {"K"};
     quiet.supersteps = {{0, true, 0, false, {}}};
-    CHECK(step_csv(quiet, model(), row).find("\n0,0,K,0,0,0,7,3,,\n") != std::string::npos);
+    CHECK(step_csv(quiet, model(), row).find("\n0,0,K,0,0,0,7,3,,,sync\n") != std::string::npos);
     auto const spans = timeline(chrome(quiet, model(), row)).spans;
     REQUIRE(spans.size() == 2);
     CHECK(spans.at(1).size() == 1);

@@ -205,6 +205,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     // 6 compares, 2 * 4 * 20 bytes of capacity, every cycle of both tiles: a nanojoule each.
     CHECK(has(html, "<dt>energy</dt><dd>" + report::joules_text((6 + 160 + 2 * cycles) / 1e9) + " J</dd>"));
     CHECK(has(html, "<td>compare</td><td>6</td>"));
+    CHECK(has(html, "<p>The weakest prices behind this time are guessed: "));
     CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
 }
@@ -267,8 +268,8 @@ TEST_CASE("trace page: for each step the slowest tile, and what it counted in th
     Folder folder;
     auto const row_of = [&](std::string const& step) {
         auto const html = text_of(write_trace_page(folder.path, "run", trace, model, two));
-        CHECK(has(html, "<th>share</th><th>slowest tile and its operations</th></tr>"));
-        CHECK(has(html, "<table class=\"l1 l13 w13\">")); // words stand left, with room for some in a line
+        CHECK(has(html, "<th>share</th><th>bounded by, in passes</th><th>slowest tile and its operations</th></tr>"));
+        CHECK(has(html, "<table class=\"l1 l13 l14 w14\">")); // words stand left, with room for some in a line
         CHECK(is_sound(html));
         auto const row = html.substr(html.find("<tr><td>" + step + "</td>"));
         return row.substr(0, row.find("</tr>"));

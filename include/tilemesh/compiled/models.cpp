@@ -3,10 +3,13 @@
 #include <tilemesh/model/detail/assumed_parameters_code.hpp>
 #include <tilemesh/model/detail/bottleneck_code.hpp>
 #include <tilemesh/model/detail/chips_code.hpp>
+#include <tilemesh/model/detail/confidence_code.hpp>
 #include <tilemesh/model/detail/cost_model_code.hpp>
 #include <tilemesh/model/detail/cost_parameters_code.hpp>
 #include <tilemesh/model/detail/cost_table_code.hpp>
 #include <tilemesh/model/detail/energy_code.hpp>
+#include <tilemesh/model/detail/energy_range_code.hpp>
+#include <tilemesh/model/detail/exchange_code.hpp>
 #include <tilemesh/model/detail/hosts_code.hpp>
 #include <tilemesh/model/detail/network_code.hpp>
 #include <tilemesh/model/detail/parameter_file_code.hpp>

@@ -6,6 +6,7 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -37,11 +38,13 @@ public:
     std::uint32_t chips() const noexcept { return across_ * down_; }
 
     /// The bytes over the busiest border in one direction, if every link carries its capacity.
-    TILEMESH_HOST std::uint64_t of_capacity(std::uint32_t bytes_a_link) const noexcept;
+    TILEMESH_HOST std::uint64_t of_capacity(std::uint32_t bytes_a_link) noexcept;
     /// The bytes over the busiest border in one direction, of the messages of a superstep.
     TILEMESH_HOST std::uint64_t of_messages(SuperstepSample const& s);
     /// The cycles of a border for so many bytes; 0 if none cross.
     TILEMESH_HOST std::uint64_t cycles(std::uint64_t bytes) const noexcept;
+    /// The border that the last call of of_capacity or of_messages was about: the first of the busiest.
+    NetworkResource const& busiest() const noexcept { return busiest_; }
 
 private:
     std::size_t chip_of(TileId t) const noexcept { return std::size_t{t.y() / chips_.rows} * across_ + t.x() / chips_.columns; }
@@ -50,6 +53,7 @@ private:
     Grid grid_;
     std::uint32_t across_ = 1, down_ = 1;  ///< chips
     std::vector<std::uint64_t> bytes_;     ///< of each chip and direction
+    NetworkResource busiest_{};
 };
 } // namespace model_detail
 

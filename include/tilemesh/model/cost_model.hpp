@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -12,6 +14,7 @@
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
+#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -22,12 +25,26 @@ enum class ExchangeCost : std::uint32_t {
     live        ///< the bytes that were sent
 };
 
+/// How a number of a model is known, from the best kind to the weakest.
+enum class PriceKind : std::uint8_t {
+    documented, ///< a document of the machine has it
+    measured,   ///< others measured it
+    counted,    ///< arithmetic from such numbers and from instructions that were counted in our code
+    fitted,     ///< it was chosen so that the model agrees with times
+    guessed     ///< none of these, or it is not said
+};
+inline constexpr std::array<std::string_view, 5> price_kind_names = {"documented", "measured by others", "counted", "fitted", "guessed"};
+/// The kind of a number with this source, by the source's first word: "document", "measured", "arithmetic" or "counted", "fitted". It is
+/// `guessed` for any other word, and if "guess" occurs anywhere: a number is known as well as its weakest part.
+TILEMESH_HOST PriceKind kind_of_source(std::string_view source) noexcept;
+
 /// A number that a model needs, with where it is from.
 struct ModelParameter {
     std::string name;
     std::uint64_t value;
     std::string unit;
     std::string source; ///< a document, or "fitted to ..."
+    PriceKind kind = kind_of_source(source);
     friend bool operator==(ModelParameter const&, ModelParameter const&) = default;
 };
 
@@ -48,7 +65,8 @@ inline constexpr std::uint64_t most_millicycles = 100'000'000, most_cycles = 1'0
 ///   compute   run + sum over operations of count * price / 1,000, rounded up; of the slowest tile. An operation that occurs must have a
 ///             price; for an operation that costs nothing, the price is 0
 ///   exchange  exchange + bytes that the busiest tile receives * exchange_byte / 1,000, rounded up; 0 if the superstep has no channel,
-///             or (`live`) if nothing was sent. If bytes cross a border between chips, at least exchange + the border's cycles (Chips)
+///             or (`live`) if nothing was sent. If bytes cross a border between chips, at least exchange + the border's cycles (Chips). With
+///             a network: exchange + the time of the superstep's transfers on it (NetworkTime::drained; model/exchange.hpp)
 ///   sync      sync
 ///   vote      vote, in each pass of an UntilQuiet (also of that in a Reduce), and in each pass of the last step of a Loop
 struct CostModel {
@@ -60,6 +78,7 @@ struct CostModel {
     std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
     std::uint64_t exchange_millicycles_a_byte = 0;
     Chips chips = {};                                         ///< the grid is one chip, or several; not part of a model's file
+    std::optional<Network> network = {};                      ///< of a machine whose exchange is not compiled; not part of a model's file
     std::vector<ModelParameter> parameters;                        ///< where the numbers are from, for reports
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
@@ -71,6 +90,7 @@ struct SuperstepCost {
     std::uint32_t slowest = 0; ///< the tile
     std::uint64_t crossing = 0;       ///< of `exchange`: the cycles by which borders between chips prolong it
     std::uint64_t crossing_bytes = 0; ///< over the busiest border between chips, in one direction
+    NetworkResource bound = {};       ///< of the exchange: its busiest resource; none: its fixed cycles are all
     std::uint64_t total() const noexcept { return compute + exchange + sync + vote; }
 };
 
@@ -104,6 +124,19 @@ private:
     CostModel const& model_;
     Trace const& trace_;
     std::vector<std::array<std::uint64_t, most_operation_kinds>> millicycles_; ///< prices, by step
+};
+
+/// Prices exchanges on a model's network. Exchanges of whole channels are alike, so that each capacity is looked at once.
+class NetworkPrices {
+public:
+    TILEMESH_HOST NetworkPrices(CostModel const& model, Grid grid);
+    TILEMESH_HOST NetworkTime of(SuperstepSample const& superstep);
+
+private:
+    CostModel const& model_;
+    Grid grid_;
+    std::vector<NetworkNode> nodes_;
+    std::map<std::uint32_t, NetworkTime> of_capacity_;
 };
 } // namespace model_detail
 

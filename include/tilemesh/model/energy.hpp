@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-// The energy of a run: power x time, as the paper measures it, or events with so many femtojoules each. The library has no built-in
-// energies. Supply them, each with its source.
+// The energy of a run: power x time, as the paper measures it, or events with so many femtojoules each. Supply the energies,
+// each with its source; energy_range.hpp has published ones as a range.
 namespace tilemesh { inline namespace v0_2 {
 
 /// The joules of a machine that draws `watts` while `cycles` pass on the model's clock. Throws `Error` for a clock of 0 kHz, and for watts

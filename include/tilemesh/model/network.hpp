@@ -12,6 +12,8 @@ namespace tilemesh { inline namespace v0_2 {
 struct NetworkNumber {
     std::uint64_t value;
     std::string source;
+    std::uint64_t per = 1; ///< of a rate: `value` bytes in so many cycles
+    friend bool operator==(NetworkNumber const&, NetworkNumber const&) = default;
 };
 
 /// A node of a network: a tile with its router, or a memory channel with one.
@@ -23,7 +25,8 @@ struct NetworkNode {
 /// The route of a transfer. Both are dimension-ordered. Around a torus, links go one way: east and south, or north and west.
 enum class NetworkWay : std::uint8_t { columns_first, rows_first };
 
-/// A machine whose exchange is not compiled: routers, their links, and what a core may have under way.
+/// How messages get from node to node: routers, their links, and what a core may have under way. A compiled exchange, an exchange from any
+/// tile to any tile, and several chips are cases of it (exchange_network in model/exchange.hpp).
 ///
 /// Time is counted, not simulated. Each link, port and memory channel takes a transfer's bytes at its rate; each core takes `issue` cycles to
 /// start one. The busiest of them bounds the time from below. A core that waits for its answers cannot run ahead, so a phase drains in
@@ -33,16 +36,23 @@ struct Network {
     std::uint32_t columns = 1, rows = 1;
     bool torus = false;                         ///< links go one way round; otherwise they go both ways, and routes are the shortest
     std::vector<std::uint32_t> memory_columns{}; ///< nodes in these columns are memory channels
-    NetworkNumber link{}, port{}, memory{};     ///< bytes a cycle; a rate of 0 bounds nothing
+    NetworkNumber link{}, port_in{}, port_out{}, memory{}; ///< bytes a cycle; a rate of 0 bounds nothing
     NetworkNumber flit{}, packet{}, head{};     ///< bytes: of the smallest unit, of a packet's largest load, of its head
     NetworkNumber hop{};                        ///< cycles of a router
     NetworkNumber latency{};                    ///< cycles until the first byte, without hops
     NetworkNumber issue{};                      ///< cycles from one transfer of a core to its next
     NetworkNumber outstanding{};                ///< transfers of a core under way; 0: any number
+    std::uint32_t chip_columns = 0, chip_rows = 0; ///< nodes of a chip, if the network lies on several, side by side; both 0: one chip
+    NetworkNumber border{};                     ///< bytes a cycle over a border of two chips in one direction; its links share them
+    NetworkNumber crossing{};                   ///< cycles of a border that bytes cross, besides
+    friend bool operator==(Network const&, Network const&) = default;
 };
 
 /// Tenstorrent's Wormhole: 10 x 12 nodes, two networks, DRAM in columns 0 and 5. Of its numbers, two are fitted: issue and outstanding.
 TILEMESH_HOST Network wormhole();
+
+/// Tenstorrent's Blackhole: 17 x 12 nodes, two networks. All numbers are from documents; those that no document has are 0 and bound nothing.
+TILEMESH_HOST Network blackhole();
 
 /// Bytes that go from `source` to `sink`. A read is started by its sink, a write by its source.
 struct NetworkTransfer {
@@ -54,11 +64,11 @@ struct NetworkTransfer {
 
 /// A part of a network that takes time.
 struct NetworkResource {
-    enum Kind : std::uint32_t { none, port_out, port_in, memory, link, issue };
-    static constexpr char const* names[] = {"none", "port out", "port in", "memory channel", "link", "issue"};
+    enum Kind : std::uint32_t { none, port_out, port_in, memory, link, border, issue };
+    static constexpr char const* names[] = {"none", "port out", "port in", "memory channel", "link", "border", "issue"};
     Kind kind = none;
-    NetworkNode at{};        ///< issue: (core, 0)
-    char side = ' ';         ///< of a link: e, w, s, n
+    NetworkNode at{};        ///< border: the chip that sends; issue: (core, 0)
+    char side = ' ';         ///< of a link or border: e, w, s, n
     friend bool operator==(NetworkResource const&, NetworkResource const&) = default;
 };
 
@@ -74,8 +84,9 @@ struct NetworkTime {
 ///
 /// A packet takes whole flits and its head. In `drained`, a packet from a memory channel waits one hop again on each link that packets of
 /// more than two nodes share, because their answers meet there. Sums are exact: in units of a cycle over the product of the rates, rounded
-/// up at the end. Throws Error for a network without nodes, with numbers above 10^6 or rates above 4,096, for a node outside it, for more than
-/// 2^30 bytes in a transfer, and for a phase without transfers. Cost: a look at each link of each way, twice.
+/// up at the end. Throws Error for a network without nodes, for numbers above 10^6 (latency, crossing: 10^12) and rates above 4,096, for chips
+/// with one side of 0, for a node outside the network, for more than 2^30 bytes in a transfer, and for a phase without transfers. Cost: a
+/// look at each link of each way, twice.
 TILEMESH_HOST NetworkTime time_of(Network const& network, std::span<NetworkTransfer const> phase);
 
 }} // namespace tilemesh

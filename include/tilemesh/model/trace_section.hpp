@@ -53,6 +53,7 @@ struct TracePage {
 struct TraceSection {
     std::string lead;  ///< the sentence that names the bottleneck
     std::string notes; ///< notes about the numbers for the reader; may be empty
+    std::string rests_on; ///< the sentence that names the weakest prices behind the time (confidence_text)
     std::vector<std::pair<std::string, std::string>> figures;
     report::HtmlFrame frame;
     std::vector<report::HtmlCard> cards; ///< the picture and the maps
@@ -70,6 +71,8 @@ TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& 
 /// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
 TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s,
                                        std::vector<std::uint64_t> const& busy, Grid grid);
+/// What bounds the passes of a step, the most frequent first: "compute 70, port in 5".
+TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step);
 TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s);
 } // namespace model_detail
 
@@ -98,7 +101,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
 /// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: the SRAM of a tile, for the last line; 0: the line does not name it.
 TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger,
                               std::uint64_t sram_bytes = 0);
-/// Adds the numbers of a cost model, each with its source, folded away.
+/// Adds the numbers of a cost model, each with its kind and its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
 /// Adds the operations that a trace counted to the names that are there, each once.
 TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace);

@@ -30,13 +30,14 @@ TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes, 
     std::array<char, 32> digits{};
     std::string const rate(digits.data(), write_number(digits.data(), digits.data() + digits.size(), bytes).ptr);
     auto model = mk2();
-    model.name = machine.name;
+    model.name = std::string(machine.name) + ", assumed";
     for (auto& p : model.parameters) { // what the lines below do not set is mk2's, and says so
         std::string kept = "kept from mk2";
         for (auto const* operation : {"pair", "pixel", "moving_pair", "moving_depth", "splat_motions", "row"})
             if (p.name == operation)
                 kept += ", because all workers of a tile, here " + std::to_string(machine.workers) + ", issue one instruction a cycle together";
         p.source = kept + "; " + p.source;
+        p.kind = kind_of_source(p.source);
     }
     set_parameter(model, "clock", machine.clock_khz, "assumed");
     for (auto const* operation : {"slot", "projection", "routed", "copied", "comparison", "left", "passed", "settled", "mean", "gradient"})

@@ -7,6 +7,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/chips.hpp>
+#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -36,10 +37,11 @@ TILEMESH_HOST Crossings::Crossings(Chips const& chips, Grid grid)
     bytes_.resize(std::size_t{4} * across_ * down_);
 }
 
-TILEMESH_HOST std::uint64_t Crossings::of_capacity(std::uint32_t bytes_a_link) const noexcept
+TILEMESH_HOST std::uint64_t Crossings::of_capacity(std::uint32_t bytes_a_link) noexcept
 {
     std::uint32_t const east = across_ > 1 ? std::min(chips_.rows, grid_.height) : 0;
     std::uint32_t const south = down_ > 1 ? std::min(chips_.columns, grid_.width) : 0;
+    busiest_ = {NetworkResource::border, {0, 0}, east >= south ? 'e' : 's'};
     return std::uint64_t{bytes_a_link} * std::max(east, south);
 }
 
@@ -53,7 +55,12 @@ TILEMESH_HOST std::uint64_t Crossings::of_messages(SuperstepSample const& s)
         for (Direction d : news)
             if (chip_of(grid_.neighbour(tile, d, s.edge)) != from) bytes_[4 * from + index(d)] += t.sent_bytes[index(d)];
     }
-    return *std::max_element(bytes_.begin(), bytes_.end());
+    auto const most = std::max_element(bytes_.begin(), bytes_.end());
+    auto const at = static_cast<std::uint32_t>(most - bytes_.begin());
+    auto const side = static_cast<Direction>(at % 4);
+    busiest_ = {NetworkResource::border, {at / 4 % across_, at / 4 / across_},
+                side == Direction::east ? 'e' : side == Direction::west ? 'w' : side == Direction::south ? 's' : 'n'};
+    return *most;
 }
 
 TILEMESH_HOST std::uint64_t Crossings::cycles(std::uint64_t bytes) const noexcept

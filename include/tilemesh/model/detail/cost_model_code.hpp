@@ -13,9 +13,22 @@
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
+
+TILEMESH_HOST PriceKind kind_of_source(std::string_view source) noexcept
+{
+    if (source.find("guess") != source.npos) return PriceKind::guessed;
+    constexpr std::pair<std::string_view, PriceKind> words[] = {{"document", PriceKind::documented}, {"measured", PriceKind::measured},
+                                                                {"arithmetic", PriceKind::counted},  {"counted", PriceKind::counted},
+                                                                {"fitted", PriceKind::fitted}};
+    for (auto const& [word, kind] : words)
+        if (source.substr(0, word.size()) == word) return kind;
+    return PriceKind::guessed;
+}
+
 namespace model_detail {
 
 TILEMESH_HOST void expect_sums_fit(CostModel const& m)
@@ -93,6 +106,7 @@ TILEMESH_HOST RunCost model_cost(CostModel const& m, Trace const& trace, Grid gr
     std::vector<std::uint64_t> received(grid.size());
     model_detail::StepPrices const prices(m, trace);
     model_detail::Crossings crossings(m.chips, grid);
+    model_detail::NetworkPrices network(m, grid);
     for (std::size_t i = 0; i < trace.supersteps.size(); ++i) {
         auto const& s = trace.supersteps[i];
         SuperstepCost c{s.step};
@@ -105,24 +119,32 @@ TILEMESH_HOST RunCost model_cost(CostModel const& m, Trace const& trace, Grid gr
             }
         }
         std::uint64_t bytes = 0; // that the busiest tile receives
-        bool exchanges = false;
-        if (m.exchange_cost == ExchangeCost::capacity) {
-            exchanges = s.capacity_bytes != 0;
-            bytes = std::uint64_t{4} * s.capacity_bytes;
-            c.crossing_bytes = crossings.of_capacity(s.capacity_bytes);
-        } else if (s.sent) {
-            exchanges = true;
-            std::fill(received.begin(), received.end(), 0);
-            for (auto const& t : s.tiles)
-                for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d, s.edge))] += t.sent_bytes[index(d)];
-            bytes = *std::max_element(received.begin(), received.end());
-            c.crossing_bytes = crossings.of_messages(s);
-        }
-        if (exchanges) {
+        std::uint32_t busiest = 0;
+        bool const exchanges = m.exchange_cost == ExchangeCost::capacity ? s.capacity_bytes != 0 : s.sent;
+        if (exchanges && m.network) {
+            auto const time = network.of(s);
+            c.exchange = m.exchange_cycles + time.drained;
+            c.bound = time.bound;
+        } else if (exchanges) {
+            if (m.exchange_cost == ExchangeCost::capacity) {
+                bytes = std::uint64_t{4} * s.capacity_bytes;
+                c.crossing_bytes = crossings.of_capacity(s.capacity_bytes);
+            } else {
+                std::fill(received.begin(), received.end(), 0);
+                for (auto const& t : s.tiles)
+                    for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d, s.edge))] += t.sent_bytes[index(d)];
+                auto const most = std::max_element(received.begin(), received.end());
+                bytes = *most;
+                busiest = static_cast<std::uint32_t>(most - received.begin());
+                c.crossing_bytes = crossings.of_messages(s);
+            }
             auto const on_chip = model_detail::per_thousand(bytes, m.exchange_millicycles_a_byte);
             auto const at_border = crossings.cycles(c.crossing_bytes);
             c.crossing = at_border > on_chip ? at_border - on_chip : 0;
             c.exchange = m.exchange_cycles + on_chip + c.crossing;
+            auto const tile = grid.tile(busiest);
+            if (c.crossing != 0) c.bound = crossings.busiest();
+            else if (on_chip != 0) c.bound = {NetworkResource::port_in, {tile.x(), tile.y()}, ' '};
         }
         c.sync = m.sync_cycles;
         c.vote = s.votes ? m.vote_cycles : 0;
@@ -141,3 +163,5 @@ TILEMESH_HOST double milliseconds(CostModel const& m, std::uint64_t cycles) noex
 }
 
 }} // namespace tilemesh
+
+#include <tilemesh/model/exchange.hpp> // the code of NetworkPrices, which needs a whole CostModel

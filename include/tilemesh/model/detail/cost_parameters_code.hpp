@@ -184,6 +184,9 @@ TILEMESH_HOST void write_cost_model(std::ostream& out, CostModel const& model)
     if (model.chips != Chips{})
         throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (a file has no line for its chips); write it without chips, "
                     "and set CostModel::chips after reading");
+    if (model.network)
+        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (a file has no lines for its network); write it without one, and set "
+                    "CostModel::network after reading");
     std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
     auto const rules = d::parameter_rules(model.prices);
     for (std::size_t i = 0; i < rules.size(); ++i) {

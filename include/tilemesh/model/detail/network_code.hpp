@@ -21,7 +21,7 @@ TILEMESH_HOST Network wormhole()
     n.torus = true;
     n.memory_columns = {0, 5};
     n.link = {32, isa + ": a link carries a flit of 32 bytes a cycle"};
-    n.port = {32, isa + ": as a link"};
+    n.port_in = n.port_out = {32, isa + ": as a link"};
     n.memory = {24, isa + ": a DRAM channel"};
     n.flit = {32, isa};
     n.packet = {8192, isa + ": a packet holds up to 256 flits"};
@@ -33,6 +33,27 @@ TILEMESH_HOST Network wormhole()
     return n;
 }
 
+TILEMESH_HOST Network blackhole()
+{
+    std::string const isa = "document: Tenstorrent's ISA documentation, BlackholeA0, NoC", none = "guess: no document has it, so 0 leaves it out";
+    Network n;
+    n.name = "Blackhole";
+    n.columns = 17, n.rows = 12;
+    n.torus = true;
+    n.memory_columns = {0, 9};
+    n.link = {64, isa + ": a link carries a flit of 64 bytes a cycle"};
+    n.port_in = n.port_out = {64, isa + ": as a link"};
+    n.memory = {0, none};
+    n.flit = {64, isa};
+    n.packet = {16384, isa + ": a packet holds up to 256 flits"};
+    n.head = {64, isa + ": one flit"};
+    n.hop = {9, isa + ": a router takes 9 cycles"};
+    n.latency = {20, isa + ": about 5 cycles between a core and its router, twice for the request and twice for the answer"};
+    n.issue = {0, none};
+    n.outstanding = {0, none};
+    return n;
+}
+
 namespace model_detail {
 
 /// Loads of all resources of a network, in units of a cycle over `scale`.
@@ -40,10 +61,12 @@ class NetworkLoads {
 public:
     explicit NetworkLoads(Network const& network) : n_(network), nodes_(std::size_t{network.columns} * network.rows)
     {
-        for (auto const* rate : {&n_.link, &n_.port, &n_.memory})
+        for (auto const* rate : {&n_.link, &n_.port_in, &n_.port_out, &n_.memory, &n_.border})
             if (rate->value != 0) scale_ = std::lcm(scale_, rate->value);
         for (auto const column : n_.memory_columns) memory_.push_back(column);
-        load_.resize(nodes_ * per_node);
+        if (n_.chip_columns != 0) chips_across_ = (n_.columns + n_.chip_columns - 1) / n_.chip_columns;
+        std::size_t const chips = n_.chip_columns == 0 ? 0 : std::size_t{chips_across_} * ((n_.rows + n_.chip_rows - 1) / n_.chip_rows);
+        load_.resize(nodes_ * per_node + 4 * chips);
         met_.resize(2 * 4 * nodes_);
     }
     std::uint64_t scale() const noexcept { return scale_; }
@@ -52,7 +75,7 @@ public:
     void meet(NetworkTransfer const& t)
     {
         auto const source = static_cast<std::uint32_t>(node(t.source)) + 1;
-        along(t, [&](std::size_t link) {
+        along(t, [&](std::size_t link, NetworkNode, NetworkNode) {
             auto& seen = met_[link];
             for (std::uint32_t& s : seen.sources) {
                 if (s == source) return;
@@ -69,18 +92,22 @@ public:
         std::uint64_t const packets = (t.bytes + n_.packet.value - 1) / n_.packet.value;
         std::uint64_t const bytes = (t.bytes + n_.flit.value - 1) / n_.flit.value * n_.flit.value + n_.head.value * packets;
         std::size_t const way = t.way == NetworkWay::columns_first ? 0 : 1;
-        auto const take = [&](std::size_t at, std::uint64_t rate, std::uint64_t cycles) {
-            if (rate == 0) return;
-            if (load_[at] == 0) used_.push_back(at);
-            load_[at] += bytes * (scale_ / rate) + cycles * scale_;
+        auto const take = [&](std::size_t at, NetworkNumber const& rate, std::uint64_t cycles, std::uint64_t once = 0) {
+            if (rate.value == 0) return;
+            if (load_[at] == 0) {
+                used_.push_back(at);
+                load_[at] = once * scale_;
+            }
+            load_[at] += bytes * rate.per * (scale_ / rate.value) + cycles * scale_;
         };
-        take((0 + way) * nodes_ + node(t.source), n_.port.value, 0);
-        take((2 + way) * nodes_ + node(t.sink), n_.port.value, 0);
+        take((0 + way) * nodes_ + node(t.source), n_.port_out, 0);
+        take((2 + way) * nodes_ + node(t.sink), n_.port_in, 0);
         bool const from_memory = std::find(memory_.begin(), memory_.end(), t.source.x) != memory_.end();
-        if (from_memory) take(4 * nodes_ + node(t.source), n_.memory.value, 0);
-        along(t, [&](std::size_t link) {
+        if (from_memory) take(4 * nodes_ + node(t.source), n_.memory, 0);
+        along(t, [&](std::size_t link, NetworkNode from, NetworkNode to) {
             bool const waits = meeting && from_memory && met_[link].sources[2] != 0;
-            take(5 * nodes_ + link, n_.link.value, waits ? n_.hop.value * packets : 0);
+            take(5 * nodes_ + link, n_.link, waits ? n_.hop.value * packets : 0);
+            if (n_.chip_columns != 0 && chip_of(from) != chip_of(to)) take(13 * nodes_ + 4 * chip_of(from) + link % 4, n_.border, 0, n_.crossing.value);
         });
         issues_[t.core] += n_.issue.value * scale_;
     }
@@ -111,7 +138,7 @@ public:
     std::uint64_t hops(NetworkTransfer const& t) const
     {
         std::uint64_t hops = 0;
-        along(t, [&](std::size_t) { ++hops; });
+        along(t, [&](std::size_t, NetworkNode, NetworkNode) { ++hops; });
         return hops;
     }
 
@@ -120,6 +147,7 @@ private:
     struct Met {
         std::uint32_t sources[3]; ///< numbers from 1; 0: none
     };
+    std::size_t chip_of(NetworkNode const& at) const noexcept { return std::size_t{at.y / n_.chip_rows} * chips_across_ + at.x / n_.chip_columns; }
     std::size_t node(NetworkNode const& at) const noexcept { return std::size_t{at.y} * n_.columns + at.x; }
     NetworkNode node_at(std::size_t i) const noexcept { return {static_cast<std::uint32_t>(i % n_.columns), static_cast<std::uint32_t>(i / n_.columns)}; }
     NetworkResource resource(std::size_t at) const
@@ -128,10 +156,14 @@ private:
         if (at < 2 * nodes_) return {R::port_out, node_at(at % nodes_), ' '};
         if (at < 4 * nodes_) return {R::port_in, node_at(at % nodes_), ' '};
         if (at < 5 * nodes_) return {R::memory, node_at(at % nodes_), ' '};
+        if (at >= 13 * nodes_) {
+            auto const border = static_cast<std::uint32_t>(at - 13 * nodes_);
+            return {R::border, {border / 4 % chips_across_, border / 4 / chips_across_}, "ewsn"[border % 4]};
+        }
         std::size_t const link = at - 5 * nodes_;
         return {R::link, node_at(link / 4 % nodes_), "ewsn"[link % 4]};
     }
-    /// Calls f(link) for each link of a transfer's way.
+    /// Calls f(link, from, to) for each link of a transfer's way.
     template <class F>
     void along(NetworkTransfer const& t, F const& f) const
     {
@@ -142,8 +174,10 @@ private:
             std::uint32_t const to = in_x ? t.sink.x : t.sink.y, size = in_x ? n_.columns : n_.rows;
             while (place != to) {
                 bool const up = n_.torus ? way == 0 : to > place; // to larger numbers: east, south
-                f((way * nodes_ + node(at)) * 4 + (in_x ? (up ? 0u : 1u) : (up ? 2u : 3u)));
+                auto const from = at;
+                auto const link = (way * nodes_ + node(at)) * 4 + (in_x ? (up ? 0u : 1u) : (up ? 2u : 3u));
                 place = up ? (place + 1 == size ? 0 : place + 1) : (place == 0 ? size - 1 : place - 1);
+                f(link, from, at);
             }
         };
         step(way == 0);
@@ -153,8 +187,9 @@ private:
     Network const& n_;
     std::size_t nodes_;
     std::uint64_t scale_ = 1;
+    std::uint32_t chips_across_ = 1;
     std::vector<std::uint32_t> memory_;
-    std::vector<std::uint64_t> load_; ///< ports out, in, memory, links
+    std::vector<std::uint64_t> load_; ///< ports out, in, memory, links, borders
     std::vector<std::size_t> used_;
     std::vector<Met> met_;
     std::map<std::uint32_t, std::uint64_t> issues_;
@@ -165,11 +200,17 @@ TILEMESH_HOST void check_network(Network const& n, std::span<NetworkTransfer con
     constexpr std::uint64_t most = 1'000'000;
     if (n.columns == 0 || n.rows == 0 || n.columns > 1024 || n.rows > 1024)
         throw Error("a network of " + std::to_string(n.columns) + " x " + std::to_string(n.rows) + " nodes (each side is 1 to 1,024); correct the network");
-    for (auto const* number : {&n.link, &n.port, &n.memory, &n.flit, &n.packet, &n.head, &n.hop, &n.latency, &n.issue, &n.outstanding})
+    for (auto const* number : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.border, &n.flit, &n.packet, &n.head, &n.hop, &n.issue, &n.outstanding})
         if (number->value > most)
             throw Error("a number of network " + n.name + " that is " + std::to_string(number->value) + " (at most 1,000,000); correct the network");
-    for (auto const* rate : {&n.link, &n.port, &n.memory})
-        if (rate->value > 4096)
+    for (auto const* number : {&n.latency, &n.crossing})
+        if (number->value > 1'000'000 * most)
+            throw Error("a number of network " + n.name + " that is " + std::to_string(number->value) + " (at most 10^12); correct the network");
+    if ((n.chip_columns == 0) != (n.chip_rows == 0))
+        throw Error("chips of " + std::to_string(n.chip_columns) + " x " + std::to_string(n.chip_rows) + " nodes in network " + n.name +
+                    " (0 x 0 means that it is one chip); give both sides");
+    for (auto const* rate : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.border})
+        if (rate->value > 4096 || rate->per > 100 * most)
             throw Error("a rate of network " + n.name + " of " + std::to_string(rate->value) + " bytes a cycle (at most 4,096); correct the network");
     if (n.flit.value == 0 || n.packet.value == 0)
         throw Error("network " + n.name + " with flits or packets of 0 bytes (bytes go in flits); give their sizes");
@@ -189,9 +230,15 @@ TILEMESH_HOST NetworkTime time_of(Network const& network, std::span<NetworkTrans
 {
     model_detail::check_network(network, phase);
     model_detail::NetworkLoads loads(network);
-    double all_bytes = 0; // of everything on one resource, generously
-    for (auto const& t : phase) all_bytes += 4.0 * static_cast<double>(t.bytes) * static_cast<double>(network.head.value + 1) + 1e9;
-    if (all_bytes * static_cast<double>(loads.scale()) > 9e18)
+    auto const real = [](std::uint64_t n) { return static_cast<double>(n); };
+    double cycles_at_most = real(network.crossing.value); // of everything on one resource, at a byte a cycle, generously
+    double const slowest = real(std::max({network.link.per, network.port_in.per, network.port_out.per, network.memory.per, network.border.per}));
+    for (auto const& t : phase) {
+        double const packets = real(t.bytes / network.packet.value + 1);
+        cycles_at_most += (real(t.bytes) + real(network.flit.value) + packets * real(network.head.value)) * (slowest + 1) +
+                          packets * real(network.hop.value) + real(network.issue.value);
+    }
+    if (cycles_at_most * real(loads.scale()) > 9e18)
         throw Error("a phase of " + std::to_string(phase.size()) + " transfers whose loads do not fit 64 bits (the rates have the common multiple " +
                     std::to_string(loads.scale()) + "); divide the phase");
     std::uint64_t way = 0;

@@ -12,6 +12,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
@@ -134,7 +135,7 @@ TILEMESH_HOST void write_step_csv(std::ostream& out, Trace const& trace, CostMod
     TextStream text(out);
     text << "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,slowest_x,slowest_y";
     bool const chips = model.chips.columns != 0;
-    text << (chips ? ",crossing_bytes,crossing_cycles\n" : "\n");
+    text << (chips ? ",crossing_bytes,crossing_cycles,bound_by\n" : ",bound_by\n");
     for (std::size_t i = 0; i < cost.supersteps.size(); ++i) {
         auto const& c = cost.supersteps[i];
         text << i << "," << c.step << "," << kernels[c.step] << "," << trace.supersteps[i].tiles.size() << "," << c.compute << ","
@@ -142,7 +143,7 @@ TILEMESH_HOST void write_step_csv(std::ostream& out, Trace const& trace, CostMod
         if (c.compute != 0) text << grid.tile(c.slowest).x() << "," << grid.tile(c.slowest).y();
         else text << ",";
         if (chips) text << "," << c.crossing_bytes << "," << c.crossing;
-        text << "\n";
+        text << "," << bound_text(c, grid) << "\n";
     }
     text.flush();
 }

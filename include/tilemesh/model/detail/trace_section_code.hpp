@@ -14,10 +14,12 @@
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/bottleneck.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
@@ -83,6 +85,21 @@ TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest
     return text + (slowest->operations.empty() ? ": nothing counted" : "");
 }
 
+TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step)
+{
+    std::vector<std::pair<std::string, std::uint64_t>> kinds;
+    for (auto const& c : cost.supersteps) {
+        if (c.step != step || c.total() == 0) continue;
+        auto const at = std::find_if(kinds.begin(), kinds.end(), [&](auto const& known) { return known.first == bound_kind(c); });
+        if (at == kinds.end()) kinds.emplace_back(bound_kind(c), 1);
+        else ++at->second;
+    }
+    std::stable_sort(kinds.begin(), kinds.end(), [](auto const& a, auto const& b) { return a.second > b.second; });
+    std::string text;
+    for (auto const& [kind, passes] : kinds) text += (text.empty() ? "" : ", ") + kind + " " + report::thousands(passes);
+    return text;
+}
+
 TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s)
 {
     for (auto const& text : {s.name, report::thousands(s.passes), report::thousands(s.exchanges), report::thousands(s.tile_runs),
@@ -101,6 +118,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
     section.modelled = true;
     auto const worst = find_bottleneck(model, trace, cost, grid);
     section.lead = bottleneck_text(worst, model, trace, cost, grid, page.run, worst && page.because ? page.because(*worst) : std::string());
+    section.rests_on = confidence_text(model, trace, cost);
     auto const steps = step_costs(trace, cost);
     std::uint64_t exchanges = 0;
     double busy = 0;
@@ -131,6 +149,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
         for (auto const cycles : {s.compute, s.exchange, s.sync, s.vote, s.total()}) row.push_back(thousands(cycles));
         row.push_back(milliseconds_text(model, s.total()));
         row.push_back(share_text(static_cast<double>(s.total()), static_cast<double>(cost.cycles)));
+        row.push_back(model_detail::bounds_text(cost, i));
         row.push_back(model_detail::slowest_text(slowest_tile(model, trace, cost, grid, i), s, cost.busy[i], grid));
     }
     auto const ideal = any_to_any(model, trace, grid);
@@ -181,6 +200,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     if (!section.lead.empty()) html.lead(section.lead);
     if (!section.notes.empty()) html.paragraph(section.notes);
     html.figures(section.figures);
+    if (!section.rests_on.empty()) html.paragraph(section.rests_on);
     if (!section.cards.empty()) {
         html.gallery(section.frame, section.cards);
         if (section.frame.mark) html.paragraph("The outlined tile is the slowest one, which the first sentence names.");
@@ -195,13 +215,14 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
-        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "slowest tile and its operations"})
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes", "slowest tile and its operations"})
             headers.emplace_back(header);
     }
     html.table(headers, section.steps);
     if (section.modelled)
         html.paragraph("Compute, exchange, sync and vote are modelled cycles: of the slowest tile of each pass, and of what follows the pass. A "
-                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something.")
+                       "pass is one run of a kernel on the tiles that must run. Exchanges are those that carried something. What bounds a pass "
+                       "is the largest of the four; of an exchange, its busiest resource. The file of supersteps names it for each pass.")
             .paragraph("The slowest tile of a step is the one that the other tiles wait for longest. The counts are of the passes in which it is "
                        "the slowest, and each share is of its compute in them; starting the kernel takes the rest. An operation is a unit of "
                        "work that a kernel counts; the cost model, further down, has its price and the source of the price.");
@@ -243,10 +264,11 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& mod
     for (auto const& p : model.parameters) {
         auto const& kinds = model_detail::exchange_cost_names; // the value of the kind of exchange is shown as a word
         bool const word = p.unit == "kind" && p.value < kinds.size();
-        rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit, p.source});
+        rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit,
+                        std::string(price_kind_names[static_cast<std::size_t>(p.kind)]), p.source});
     }
     html.folded_section("Cost model " + model.name, report::HtmlFold::closed,
-                        [&] { html.table({"parameter", "value", "unit", "source"}, rows); });
+                        [&] { html.table({"parameter", "value", "unit", "known as", "source"}, rows); });
 }
 
 TILEMESH_HOST void add_counted(std::vector<std::string>& counted, Trace const& trace)

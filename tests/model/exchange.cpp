@@ -1,0 +1,165 @@
+// test: unoptimised test asan
+// Every exchange of a cost model is one of a network: compiled exchanges, several chips and an exchange from any tile to any tile cost the same,
+// to the cycle; a network's own exchange by hand; what bounds a superstep.
+#include "../engine/everywhere.hpp"
+#include "../splat/support.hpp"
+#include "model_by_hand.hpp"
+#include <doctest/doctest.h>
+#include <sstream>
+#include <string>
+#include <tilemesh/model/any_to_any.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/exchange.hpp>
+#include <tilemesh/model/trace_files.hpp>
+#include <vector>
+
+using namespace tilemesh;
+using engine_test::error_of;
+using engine_test::has;
+using engine_test::model;
+
+namespace {
+
+/// The same exchange as a network.
+CostModel on_network(CostModel m, Grid grid)
+{
+    m.network = exchange_network(m, grid);
+    m.exchange_cycles = 0, m.exchange_millicycles_a_byte = 0, m.chips = {};
+    return m;
+}
+/// Some tiles send some bytes to some sides.
+Trace random_trace(Grid grid, support::Random& random)
+{
+    Trace trace;
+    trace.kernels = {"Any"};
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        SuperstepSample s{};
+        s.capacity_bytes = random.below(3) == 0 ? 0 : 4 * random.below(500);
+        for (std::uint32_t t = 0; t < grid.size(); ++t) {
+            if (random.below(3) == 0) continue;
+            TileSample tile{};
+            tile.tile = t;
+            for (auto& bytes : tile.sent_bytes) {
+                bytes = random.below(2) == 0 ? 0 : random.below(3000);
+                s.sent = s.sent || bytes != 0;
+            }
+            tile.operations.settled_bytes = random.below(2) == 0 ? 0 : random.below(900);
+            s.tiles.push_back(tile);
+        }
+        trace.supersteps.push_back(s);
+    }
+    return trace;
+}
+
+} // namespace
+
+TEST_CASE("a compiled exchange, on one chip or several, is one of a network: the same cycles and the same bound")
+{
+    support::Random random(77);
+    for (std::uint32_t i = 0; i < 60; ++i) {
+        Grid const grid{1 + random.below(7), 1 + random.below(7)};
+        auto m = model();
+        m.exchange_cost = i % 2 == 0 ? ExchangeCost::live : ExchangeCost::capacity;
+        m.exchange_cycles = random.below(400);
+        m.exchange_millicycles_a_byte = random.below(5) == 0 ? 0 : random.below(2500);
+        if (i % 3 != 0) m.chips = {1 + random.below(3), 1 + random.below(3), random.below(900), random.below(700), "by hand"};
+        auto const trace = random_trace(grid, random);
+        auto const compiled = model_cost(m, trace, grid), network = model_cost(on_network(m, grid), trace, grid);
+        INFO("trace ", i);
+        REQUIRE(compiled.cycles == network.cycles);
+        for (std::size_t k = 0; k < trace.supersteps.size(); ++k) {
+            CHECK(compiled.supersteps[k].exchange == network.supersteps[k].exchange);
+            auto const &a = compiled.supersteps[k].bound, &b = network.supersteps[k].bound;
+            CHECK(a.kind == b.kind);
+            if (m.exchange_cost == ExchangeCost::live && a.kind == NetworkResource::port_in) CHECK(a.at == b.at);
+        }
+    }
+}
+
+TEST_CASE("an exchange from any tile to any tile is one of the same network")
+{
+    support::Random random(78);
+    for (std::uint32_t i = 0; i < 20; ++i) {
+        Grid const grid{1 + random.below(7), 1 + random.below(7)};
+        auto m = model();
+        m.exchange_cost = ExchangeCost::live;
+        auto const trace = random_trace(grid, random);
+        auto const ideal = any_to_any(m, trace, grid);
+        REQUIRE(ideal.steps.size() == 1);
+        auto const network = exchange_network(m, grid);
+        auto const nodes = nodes_of(network, grid);
+        std::vector<NetworkTransfer> phase; // from anywhere: distance costs nothing
+        for (auto const& s : trace.supersteps)
+            for (auto const& t : s.tiles)
+                if (t.operations.settled_bytes != 0)
+                    phase.push_back({nodes[random.below(grid.size())], nodes[t.tile], NetworkWay::rows_first, t.operations.settled_bytes, t.tile});
+        if (phase.empty()) continue;
+        CHECK(ideal.steps[0].bound_cycles == time_of(network, phase).drained + m.sync_cycles);
+    }
+}
+
+TEST_CASE("Wormhole's tiles lie beside its memory, and each direction takes the network that is shorter")
+{
+    Grid const grid{8, 12};
+    auto m = model();
+    m.exchange_cost = ExchangeCost::live;
+    m.network = wormhole();
+    auto const nodes = nodes_of(*m.network, grid);
+    CHECK(nodes[grid.index_of(TileId::at(3, 0))] == NetworkNode{4, 0});
+    CHECK(nodes[grid.index_of(TileId::at(4, 2))] == NetworkNode{6, 2}); // column 5 is DRAM
+    auto const cost_of = [&](std::vector<TileSample> tiles) {
+        Trace trace;
+        trace.kernels = {"Send"};
+        trace.supersteps = {{0, false, 4, true, std::move(tiles)}};
+        return model_cost(m, trace, grid).supersteps[0];
+    };
+    // 2,048 bytes and a head over 32 bytes a cycle take 65 cycles; to start them takes 127. There and back is once around a row of 10 nodes.
+    auto const start = 10 * 9 + 270;
+    CHECK(cost_of({{0, {}, {0, 2048, 0, 0}}}).exchange == 100 + 127 + start);
+    CHECK(bound_text(cost_of({{0, {}, {0, 2048, 0, 0}}}), grid) == "issue 0");
+    CHECK(cost_of({{1, {}, {0, 0, 2048, 0}}}).exchange == 100 + 127 + start);
+    CHECK(cost_of({{0, {}, {0, 0, 0, 2048}}}).exchange == 100 + 127 + 12 * 9 + 270); // a column has 12
+    // Two tiles send 8,192 bytes, 257 flits with the head, into the port of a third, one over each network: ports of their own. The links from
+    // its own column are shared with nobody.
+    CHECK(cost_of({{0, {}, {0, 8192, 0, 0}}, {2, {}, {0, 0, 8192, 0}}}).exchange == 100 + 257 + start);
+    // A superstep in which only notes are sent has the latency.
+    CHECK(cost_of({{0, {}, {}}}).exchange == 100 + 270);
+
+    auto const refusal = [&](CostModel const& wrong, Grid other) { return error_of([&] { (void)model_cost(wrong, Trace{}, other); }); };
+    CHECK(has(refusal(m, {9, 12}), "it has room for 8 x 12"));
+    CHECK(has(refusal(m, {8, 13}), "it has room for 8 x 12"));
+    auto both = m;
+    both.chips = {2, 2, 50, 1000, "by hand"};
+    CHECK(has(refusal(both, grid), "has a network and chips"));
+    std::ostringstream out;
+    auto written = mk2();
+    written.network = wormhole();
+    CHECK(has(error_of([&] { write_cost_model(out, written); }), "no lines for its network"));
+    CHECK(has(error_of([&] { (void)exchange_network(m, {1025, 1}); }), "each side is 1 to 1,024"));
+}
+
+TEST_CASE("what bounds a superstep: the largest part, and of an exchange its resource")
+{
+    using namespace engine_test::two_supersteps;
+    auto const m = model();
+    auto const cost = model_cost(m, by_hand(), row);
+    CHECK(bound_text(cost.supersteps[0], row) == "port in (0 0)"); // 124 cycles; all tiles are alike
+    CHECK(bound_text(cost.supersteps[1], row) == "compute (2 0)"); // 12 cycles
+    auto live = m;
+    live.exchange_cost = ExchangeCost::live;
+    CHECK(bound_text(model_cost(live, by_hand(), row).supersteps[0], row) == "port in (2 0)"); // 20 bytes go there
+    live.exchange_millicycles_a_byte = 0;
+    CHECK(bound_text(model_cost(live, by_hand(), row).supersteps[0], row) == "exchange"); // 100 cycles, whatever moves
+    auto chips = m;
+    chips.chips = {2, 1, 500, 0, "by hand"};
+    CHECK(bound_text(model_cost(chips, by_hand(), row).supersteps[0], row) == "border (0 0) e");
+    auto slow = m;
+    slow.sync_cycles = 1000;
+    CHECK(bound_text(model_cost(slow, by_hand(), row).supersteps[0], row) == "sync");
+    slow.vote_cycles = 2000;
+    CHECK(bound_text(model_cost(slow, by_hand(), row).supersteps[1], row) == "vote");
+    CHECK(bound_text(SuperstepCost{0}, row).empty());
+    std::ostringstream csv;
+    write_step_csv(csv, by_hand(), m, row);
+    CHECK(has(csv.str(), "slowest_x,slowest_y,bound_by\n0,0,Send,3,31,124,7,0,1,0,port in (0 0)\n1,1,Take,2,12,0,7,3,2,0,compute (2 0)\n"));
+}
