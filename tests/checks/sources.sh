@@ -13,7 +13,7 @@ refuse() { # a reason, then what was found (nothing: all is well)
     if [ -n "$2" ]; then printf '%s:\n%s\n' "$1" "$2" && failed=1; fi
 }
 all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
-kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp splat/homes/*.hpp splat/pose/*.hpp)
+kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp splat/homes/*.hpp splat/map/*.hpp splat/pose/*.hpp)
 codelet_code='poplar/(codelet|control_vertices|program_log|vertex_edges)\.hpp'
 codelets="$(printf '%s\n' $all | grep -xE "$codelet_code") ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp"
 
