@@ -195,7 +195,7 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                 for (std::uint32_t j = 0; j < block_height && y + j < height; ++j)
                     for (std::uint32_t i = 0; i < block_width; ++i) {
                         auto const& g = linear[(y + j) * width + x + i];
-                        for (int c = 0; c < 3; ++c) block.slopes.colour[c][j][i] = static_cast<float>(g[c]);
+                        for (std::size_t c = 0; c < 3; ++c) block.slopes.colour[c][j][i] = static_cast<float>(g[c]);
                         block.slopes.depth[j][i] = static_cast<float>(g[3]), block.slopes.through[j][i] = static_cast<float>(g[4]);
                         block.slopes.left[j][i] = static_cast<float>(left[(y + j) * width + x + i]);
                     }

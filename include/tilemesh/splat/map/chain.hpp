@@ -146,9 +146,11 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
     return sound;
 }
 
+/// The slopes of one record.
+using RecordSlopes = Slopes<splat::detail::OneFloat>;
+
 /// `chain_rule` for a record.
-inline bool slopes_of(Gaussian const& g, View const& view, Moments<splat::detail::OneFloat> const& m,
-                      Slopes<splat::detail::OneFloat>& out) noexcept
+inline bool slopes_of(Gaussian const& g, View const& view, Moments<splat::detail::OneFloat> const& m, RecordSlopes& out) noexcept
 {
     splat::detail::GaussianWords<splat::detail::OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
                                                                       {g.colour[0], g.colour[1], g.colour[2]},

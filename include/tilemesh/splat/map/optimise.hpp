@@ -45,15 +45,15 @@ inline float correction(float log_decay, std::uint32_t n) noexcept
 {
     return 1.0f / (1.0f - exponential(log_decay * static_cast<float>(n)));
 }
-/// Moves a record by `step`, and brings it back to where it is valid: a quaternion of length 1, colours of at least 0, a logit from -9 to
-/// 9. An opacity outside these bounds is moved inside.
-inline void move(Gaussian& g, float const (&step)[parameters]) noexcept
+/// Moves a record by `step`, and brings it back to where it is valid: a quaternion of length 1, colours of at least 0 (not where they are
+/// the first part of harmonics), a logit from -9 to 9. An opacity outside these bounds is moved inside.
+inline void move(Gaussian& g, float const (&step)[parameters], bool clamps_colour) noexcept
 {
     for (std::uint32_t i = 0; i < 3; ++i) {
         g.mean_world[i] = g.mean_world[i] + step[i];
         g.log_scale[i] = g.log_scale[i] + step[places_of(Kind::log_scale).first + i];
         float const colour = g.colour[i] + step[places_of(Kind::colour).first + i];
-        g.colour[i] = colour > 0 ? colour : 0.0f;
+        g.colour[i] = colour > 0 || !clamps_colour ? colour : 0.0f;
     }
     float q[4], squares = 0;
     for (std::uint32_t i = 0; i < 4; ++i) {
@@ -79,7 +79,8 @@ struct Adam {
         float first[parameters], second[parameters];
         std::uint32_t steps;
     };
-    static void step(Gaussian& g, Slopes<splat::detail::OneFloat> const& slopes, Rates const& rates, Decays const& d, State& s) noexcept
+    static void step(Gaussian& g, RecordSlopes const& slopes, Rates const& rates, Decays const& d, State& s,
+                     bool clamps_colour = true) noexcept
     {
         s.steps = s.steps + 1;
         float const first = detail::correction(d.log_first, s.steps), second = detail::correction(d.log_second, s.steps);
@@ -94,7 +95,7 @@ struct Adam {
                 step[i] = -rate * s.first[i] / (std::sqrt(s.second[i] * second) + d.least);
             }
         }
-        detail::move(g, step);
+        detail::move(g, step, clamps_colour);
     }
 };
 /// No first moment, and one second moment for all parameters of a kind. 6 words a Gaussian. It refines maps better than Adam; from an
@@ -105,7 +106,8 @@ struct SecondMomentByKind {
         float second[kinds];
         std::uint32_t steps;
     };
-    static void step(Gaussian& g, Slopes<splat::detail::OneFloat> const& slopes, Rates const& rates, Decays const& d, State& s) noexcept
+    static void step(Gaussian& g, RecordSlopes const& slopes, Rates const& rates, Decays const& d, State& s,
+                     bool clamps_colour = true) noexcept
     {
         s.steps = s.steps + 1;
         float const second = detail::correction(d.log_second, s.steps);
@@ -118,7 +120,7 @@ struct SecondMomentByKind {
             float const by = -rates.of(static_cast<Kind>(kind)) / (std::sqrt(s.second[kind] * second) + d.least);
             for (std::uint32_t i = p.first; i < p.end; ++i) step[i] = by * slopes.of[i];
         }
-        detail::move(g, step);
+        detail::move(g, step, clamps_colour);
     }
 };
 static_assert(sizeof(Adam::State) == 4 * 29 && sizeof(SecondMomentByKind::State) == 4 * 6, "the words that an anchored Gaussian keeps");

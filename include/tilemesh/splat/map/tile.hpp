@@ -23,6 +23,16 @@ struct WalkMemory {
     std::uint32_t hits[Size + 16];
 };
 
+/// A block after the first walk. `live`: its pixels that lie in the tile; the block begins at (`at.column`, `at.row`).
+using BlendedBlock = splat::detail::OpenBlock<true>;
+
+/// Pixel (x, y) of the frame, which lies in the block, without the background.
+inline Blended pixel_of(BlendedBlock const& block, std::uint32_t x, std::uint32_t y) noexcept
+{
+    return splat::detail::blended(block.state, y - static_cast<std::uint32_t>(block.at.row),
+                                  x - static_cast<std::uint32_t>(block.at.column));
+}
+
 /// Does each tile of this size consist of whole blocks, wherever the frame ends? Then a block belongs to one tile of any such tiling, and
 /// the sums of a splat do not depend on the tiling.
 constexpr bool has_whole_blocks(TileSize const& tile) noexcept
@@ -162,6 +172,13 @@ void walk_tile(WalkMemory<Group, Size>& memory, PixelRect const& tile, Camera co
     else
         detail::walk_tile_by<splat::detail::StopBeforeCrossing, Lanes>(memory, tile, camera, w, n, at, target, stride_px, worker, seen,
                                                                        add);
+}
+/// `walk_tile` for all workers of a tile, by one host thread.
+template <std::uint32_t Lanes = splat::detail::lanes_in_use, std::uint32_t Group, std::uint32_t Size, class SplatAt, class Seen, class Add>
+void walk_whole_tile(WalkMemory<Group, Size>& memory, PixelRect const& tile, Camera const& camera, WalkRules const& w, std::uint32_t n,
+                     SplatAt const& at, TargetPixel const* target, std::uint32_t stride_px, Seen const& seen, Add const& add) noexcept
+{
+    walk_tile<Lanes>(memory, tile, camera, w, n, at, target, stride_px, Worker{0, 1}, seen, add);
 }
 
 }}} // namespace tilemesh::splat::map
