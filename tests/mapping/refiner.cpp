@@ -61,7 +61,9 @@ void check_equal_maps()
 {
     auto const truth = small_cloud(support::fast() ? 120 : 300, 3);
     auto const views = support::mapping::views_of(truth, turned_lenses(77, 51));
-    auto const start = support::mapping::spoilt(truth, 2, 5);
+    auto start = support::mapping::spoilt(truth, 2, 5);
+    for (auto& g : start.gaussians) // many of one depth in the first view
+        if (static_cast<std::uint32_t>(g.id) % 3 != 0) g.mean_world[2] = std::round(4 * g.mean_world[2]) / 4;
     auto const first = after_24_steps<Optimiser>(start, views, {32, 20}, 1);
     std::uint32_t moved = 0;
     for (std::size_t i = 0; i < first.size(); ++i) moved += std::memcmp(&first[i], &start.gaussians[i], sizeof first[i]) != 0;

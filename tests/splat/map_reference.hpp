@@ -54,7 +54,10 @@ inline bool project(Parameters const& g, Camera const& c, double dilation, Splat
     double const jx = std::clamp(p[0] / p[2], -c.limit_x, c.limit_x), jy = std::clamp(p[1] / p[2], -c.limit_y, c.limit_y);
     for (std::size_t k = 0; k < 3; ++k) {
         double axis[3];
-        for (int i = 0; i < 3; ++i) axis[i] = std::exp(g[3 + k]) * (c.rotation[i][0] * turn[0][k] + c.rotation[i][1] * turn[1][k] + c.rotation[i][2] * turn[2][k]);
+        for (int i = 0; i < 3; ++i) {
+            axis[i] = c.rotation[i][0] * turn[0][k] + c.rotation[i][1] * turn[1][k] + c.rotation[i][2] * turn[2][k];
+            axis[i] *= std::exp(g[3 + k]);
+        }
         v[0][k] = c.fx / p[2] * (axis[0] - jx * axis[2]);
         v[1][k] = c.fy / p[2] * (axis[1] - jy * axis[2]);
     }
@@ -201,7 +204,10 @@ inline Scene stiff_scene(std::uint64_t seed, std::uint32_t width = 48, std::uint
         }
         if (kind == 3)
             for (float& s : g.log_scale) s = -7 + 2 * u();
-        for (int k = 0; k < 3; ++k) g.mean_world[k] = c.position[k] + c.rotation[0][k] * view[0] + c.rotation[1][k] * view[1] + c.rotation[2][k] * view[2];
+        for (int k = 0; k < 3; ++k) {
+            g.mean_world[k] = c.position[k];
+            for (int j = 0; j < 3; ++j) g.mean_world[k] += c.rotation[j][k] * view[j];
+        }
         float const length = std::exp(u());
         for (float& v : g.rotation) v = length * normal();
         g.opacity = 1 / (1 + std::exp(-(kind == 4 ? 4 + 8 * std::fabs(u()) : 2 * u()))); // alpha near 1

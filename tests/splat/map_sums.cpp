@@ -117,6 +117,42 @@ TEST_CASE("map sums: equal bits over tilings of whole blocks, workers, lanes, or
     }
 }
 
+TEST_CASE("map sums: the second walk ends with the transmittances of the first, bit for bit")
+{
+    using Set = splat::detail::GivenSet<4>;
+    auto const check = [](auto stop) {
+        using StopRule = decltype(stop);
+        Rules rules;
+        rules.alpha_max = 0.99f;
+        auto const view = make_view(support::lens(48, 30), rules);
+        auto cloud = support::cloud(120, 2);
+        for (auto& g : cloud)
+            for (float& s : g.log_scale) s = std::max(s, -1.5f);
+        auto splats = sorted_splats(cloud, view);
+        REQUIRE(splats.size() >= 64);
+        auto const chunk = std::make_unique<map::WalkChunk<64>>();
+        auto& plain = static_cast<splat::detail::Chunk<64>&>(*chunk);
+        splat::detail::fill(Set{}, plain, 0, 64, [&](std::uint32_t i) -> Splat const& { return splats[i]; });
+        for (std::uint32_t i = 0; i < 64; ++i) chunk->prepare(i, splats[i], rules.dilation, 4);
+        splat::detail::OpenBlock<true> open;
+        open.begin(16, 10, 0, {18, 48, 0, 30}, view.camera); // two dead columns
+        map::WalkingBlock block{};
+        std::memcpy(block.transmittance, open.state.transmittance, sizeof block.transmittance);
+        std::uint32_t hits[64 + 16];
+        auto const count = Set::call<splat::detail::ListHits>(std::as_const(plain), 64u, open.at, &hits[0]);
+        splat::detail::RowLimits const limits{rules.alpha_min};
+        Set::call<splat::detail::BlendBlock<StopRule>>(open.state, std::as_const(plain), hits, count, open.at, rules, limits);
+        Set::call<map::detail::WalkBlock<StopRule>>(block, *chunk, hits, count, open.at, rules, 4.0f);
+        CHECK(std::memcmp(block.transmittance, open.state.transmittance, sizeof block.transmittance) == 0);
+        std::uint32_t stopped = 0;
+        for (auto const& row : open.state.transmittance)
+            for (float const t : row) stopped += t < rules.transmittance_min;
+        CHECK(stopped > 20); // dead ones are 10
+    };
+    check(splat::detail::StopEachPixel{});
+    check(splat::detail::StopBeforeCrossing{});
+}
+
 TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the last pair is not a difference")
 {
     std::vector<double> errors;
@@ -155,7 +191,8 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                     double const alpha = std::min(1.0,
                                                   double{s.opacity} * std::exp(double{s.along} * dx * dx + double{s.across} * off * off));
                     taken.push_back({i, alpha, dx, off});
-                    total += alpha * t * (g[0] * double{s.colour[0]} + g[1] * double{s.colour[1]} + g[2] * double{s.colour[2]} + g[3] * double{s.depth});
+                    double const q = g[0] * double{s.colour[0]} + g[1] * double{s.colour[1]} + g[2] * double{s.colour[2]};
+                    total += alpha * t * (q + g[3] * double{s.depth});
                     t -= alpha * t;
                 }
                 left[y * width + x] = total + g[4] * t;
@@ -216,7 +253,8 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
     }
     std::sort(errors.begin(), errors.end());
     double const nine_tenths = errors[errors.size() * 9 / 10 - 1];
-    MESSAGE("largest error over the rms of the sum of gP: median scene " << errors[errors.size() / 2] << ", of nine tenths " << nine_tenths << ", worst " << errors.back());
+    MESSAGE("largest error over the rms of the sum of gP: median scene " << errors[errors.size() / 2] << ", of nine tenths "
+                                                                         << nine_tenths << ", worst " << errors.back());
     CHECK(nine_tenths < 2e-5);
     CHECK(errors.back() < 1e-4); // rounding behind a pair is amplified by 1 / (1 - alpha), at most 1 / transmittance_min
 }
@@ -264,9 +302,9 @@ TEST_CASE("map sums: no set of pixels exceeds the bound, and a frame in which ea
         REQUIRE(!splats.empty());
         std::vector<TargetPixel> const target(std::size_t{96} * 60, TargetPixel{{-9, -9, -9}, 0.1f});
         auto const s = sums_over<4, 8, 128>(splats, view, {1e9f, 1e9f, 0, 0, 4}, target, {32, 20});
-        std::int32_t largest = 0;
+        std::int64_t largest = 0; // the absolute value of the least int32 is no int32
         for (auto const& one : s.of)
-            for (auto const v : one.of) largest = std::max(largest, std::abs(v));
+            for (auto const v : one.of) largest = std::max(largest, std::abs(std::int64_t{v}));
         CHECK(largest < map::most_quanta);
         CHECK(largest > map::most_quanta / 16); // and few bits are wasted
     }
@@ -303,7 +341,7 @@ TEST_CASE("map sums: what is not a number stays in its pixel, and no sum leaves 
         for (std::size_t i = 0; i < s.of.size(); ++i) {
             auto const m = map::moments_of(s.of[i], splats[i], rules.dilation, 4);
             for (std::uint32_t k = 0; k < map::sums; ++k) {
-                CHECK(std::abs(s.of[i].of[k]) < map::most_quanta);
+                CHECK(std::abs(std::int64_t{s.of[i].of[k]}) < map::most_quanta);
                 CHECK(std::isfinite(m.of[k]));
             }
         }

@@ -77,8 +77,8 @@ inline void ViewSums::sort(std::span<splat::Splat const> splats, std::span<splat
     std::uint64_t all = ~std::uint64_t{0}, any = 0;
     for (std::size_t i = 0; i < splats.size(); ++i) {
         if (!splats[i].visible()) continue;
-        auto const key = std::uint64_t{__builtin_bit_cast(std::uint32_t,
-                                                          splats[i].depth)} << 32 | static_cast<std::uint32_t>(records[i].id);
+        auto const depth = std::uint64_t{__builtin_bit_cast(std::uint32_t, splats[i].depth)};
+        auto const key = depth << 32 | static_cast<std::uint32_t>(records[i].id);
         keys_.push_back(key), rows_.push_back(static_cast<std::uint32_t>(i));
         all &= key, any |= key;
     }
