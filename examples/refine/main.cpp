@@ -187,8 +187,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
     for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background[c];
     mapping::Refiner<Optimiser> refiner(std::move(map), how);
     float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
-    auto rates = splat::map::usual_rates(depth);
-    rates = {rates.mean * times, rates.log_scale * times, rates.rotation * times, rates.logit * times, rates.colour * times};
+    auto const rates = splat::map::usual_rates(depth) * times;
 
     auto const before = compare(refiner, views.held_out);
     auto const count = static_cast<std::uint32_t>(views.used.size());
@@ -240,7 +239,6 @@ int run(Options const& o)
     refine::read_photographs(o, views.used);
     for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note));
     for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note));
-    if (map.sh_degree > 0) printer.say("note: the map's harmonics stay as they are; their first part, the mean colour, is refined");
     return o.optimiser == refine::Optimiser::adam ? run_with<splat::map::Adam>(o, std::move(map), views, printer)
                                                   : run_with<splat::map::SecondMomentByKind>(o, std::move(map), views, printer);
 }

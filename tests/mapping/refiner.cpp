@@ -176,10 +176,11 @@ TEST_CASE("optimisers: steps by hand, and what keeps a record valid")
         CHECK(extreme.rotation[0] == 1);
     }
     CHECK(splat::map::faded({1, 2, 3, 4, 5}, 0).mean == 1);
-    CHECK(splat::map::faded({1, 2, 3, 4, 5}, 1).colour == doctest::Approx(0.5));
+    CHECK(splat::map::faded({1, 2, 3, 4, 5, 6}, 1).colour == doctest::Approx(0.5));
+    CHECK(splat::map::faded({1, 2, 3, 4, 5, 6}, 1).harmonics == doctest::Approx(0.6));
 }
 
-TEST_CASE("refiner: the first part of harmonics is refined and not clamped, the others stay")
+TEST_CASE("refiner: the first part of harmonics is not clamped, and the others stay where their rate is 0")
 {
     auto map = small_cloud(40, 4);
     map.sh_degree = 1;
@@ -201,6 +202,63 @@ TEST_CASE("refiner: the first part of harmonics is refined and not clamped, the 
     for (int i = 0; i < 5; ++i) refiner.step(camera, dark, {0, 0, 0, 0, 0.1f});
     CHECK(refiner.map().harmonics == map.harmonics);
     CHECK(std::any_of(refiner.map().gaussians.begin(), refiner.map().gaussians.end(), [](auto const& g) { return g.colour[0] < -0.3f; }));
+}
+
+namespace {
+/// The slope of the colour of `s` by each coefficient is the step that HarmonicsStep takes, but for one factor.
+template <std::uint32_t Degree>
+void check_harmonics()
+{
+    constexpr std::uint32_t n = splat::harmonics_per_channel(Degree);
+    auto const view = splat::make_view(support::lens(48, 30, 0.3f), splat::Rules{});
+    splat::Gaussian g = support::ball(1, 0, 0);
+    g.mean_world[0] = 0.7f, g.mean_world[1] = -0.4f, g.mean_world[2] = 2;
+    std::vector<float> const before(3 * n, 0.125f);
+    splat::Splat base{}, other{};
+    REQUIRE(splat::shade<Degree>(g, before.data(), view, base));
+    splat::map::RecordSlopes slopes{};
+    float const by_colour[3] = {0.5f, -1.0f, 0.25f};
+    for (std::uint32_t c = 0; c < 3; ++c) slopes.of[splat::map::places_of(Kind::colour).first + c] = by_colour[c];
+    auto after = before;
+    splat::map::HarmonicsStep::State state{};
+    splat::map::HarmonicsStep::step<Degree>(after.data(), g, view, slopes, 0.01f, {}, state);
+    CHECK(state.steps == 1);
+    double squares = 0, factor = 0;
+    for (int pass = 0; pass < 2; ++pass) {
+        for (std::uint32_t k = 0; k < n; ++k)
+            for (std::uint32_t c = 0; c < 3; ++c) {
+                auto changed = before;
+                changed[3 * k + c] += 0.0625f;
+                REQUIRE(splat::shade<Degree>(g, changed.data(), view, other));
+                double const slope = double{by_colour[c]} * double{other.colour[c] - base.colour[c]} / 0.0625;
+                if (pass == 0) squares += slope * slope / (3 * n);
+                else CHECK(double{after[3 * k + c] - before[3 * k + c]} == doctest::Approx(-factor * slope).epsilon(1e-3).scale(0.01));
+            }
+        factor = 0.01 / std::sqrt(squares);
+    }
+}
+} // namespace
+
+TEST_CASE("refiner: harmonics move by their slopes, and become better")
+{
+    check_harmonics<1>();
+    check_harmonics<2>();
+    check_harmonics<3>();
+
+    auto truth = small_cloud(40, 6);
+    truth.sh_degree = 2;
+    support::Random random(8);
+    for (std::size_t i = 0; i < 24 * truth.gaussians.size(); ++i) truth.harmonics.push_back(random.uniform(-0.3f, 0.3f));
+    auto const views = support::mapping::views_of(truth, turned_lenses(48, 30));
+    auto start = truth;
+    for (float& h : start.harmonics) h = 0;
+    mapping::Refiner<> refiner(start);
+    double const before = support::mapping::mean_psnr(refiner, views);
+    for (std::uint32_t i = 0; i < 120; ++i)
+        refiner.step(views.cameras[i % 4], views.targets[i % 4], splat::map::faded({0, 0, 0, 0, 0, 0.02f}, static_cast<float>(i) / 120));
+    double const after = support::mapping::mean_psnr(refiner, views);
+    MESSAGE("PSNR from " << before << " to " << after);
+    CHECK(after > before + 6);
 }
 
 TEST_CASE("refiner: what it cannot do, it refuses with a line")

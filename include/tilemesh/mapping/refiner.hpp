@@ -38,8 +38,8 @@ struct RefineOptions {
 /// slopes.
 ///
 /// After the same steps, the map has the same bits for any tile of whole blocks, any number of threads, and every compiler that fuses
-/// multiply_add alike. `Optimiser` is a policy of splat/map/optimise.hpp. Only the part of degree 0 of a map's colours moves; its
-/// harmonics stay. No Gaussian is added or removed.
+/// multiply_add alike. `Optimiser` is a policy of splat/map/optimise.hpp; harmonics have `splat::map::HarmonicsStep`. The mean's pull
+/// through the direction of its harmonics is left out. No Gaussian is added or removed.
 ///
 /// A Gaussian with a degenerate record (`splat::map::chain_rule`) does not move. Throws `Error` as `ViewSums`, and for rules with
 /// `Coverage::preserved`.
@@ -51,7 +51,8 @@ public:
     using State = typename Optimiser::State;
 
     explicit Refiner(scene::Map map, RefineOptions const& options = {})
-        : options_(options), map_(std::move(map)), states_(map_.gaussians.size()), splats_(map_.gaussians.size()), sums_(options.view)
+        : options_(options), map_(std::move(map)), states_(map_.gaussians.size()),
+          harmonics_(map_.sh_degree == 0 ? 0 : map_.gaussians.size()), splats_(map_.gaussians.size()), sums_(options.view)
     {
         if (options.rules.coverage != splat::Coverage::of_record)
             throw Error("a map that is shown with preserved coverage cannot be refined (its opacities depend on sizes, and no slope says "
@@ -79,16 +80,18 @@ public:
         auto const view = splat::make_view(camera, options_.rules);
         project(view);
         auto const fit = sums_.add_up(splats_, map_.gaussians, view, target);
-        bool const clamps = map_.sh_degree == 0;
-        detail::in_parallel(options_.view.threads, parts(), [&](std::size_t part) noexcept {
-            for (std::size_t i = part * part_size; i < map_.gaussians.size() && i < (part + 1) * part_size; ++i) {
-                auto const& sums = sums_.sums()[i];
-                if (sums.empty()) continue;
-                splat::map::RecordSlopes slopes;
-                auto& g = map_.gaussians[i];
-                auto const moments = splat::map::moments_of(sums, splats_[i], view.rules.dilation, options_.view.loss.limit);
-                if (splat::map::slopes_of(g, view, moments, slopes)) Optimiser::step(g, slopes, rates, options_.decays, states_[i], clamps);
-            }
+        in_parts([&](std::size_t i) noexcept {
+            auto const& sums = sums_.sums()[i];
+            if (sums.empty()) return;
+            splat::map::RecordSlopes slopes;
+            auto& g = map_.gaussians[i];
+            auto const moments = splat::map::moments_of(sums, splats_[i], view.rules.dilation, options_.view.loss.limit);
+            if (!splat::map::slopes_of(g, view, moments, slopes)) return;
+            bool const clamps_colour = map_.sh_degree == 0;
+            if (map_.sh_degree == 1) step_harmonics<1>(i, view, slopes, rates.harmonics);
+            if (map_.sh_degree == 2) step_harmonics<2>(i, view, slopes, rates.harmonics);
+            if (map_.sh_degree == 3) step_harmonics<3>(i, view, slopes, rates.harmonics);
+            Optimiser::step(g, slopes, rates, options_.decays, states_[i], clamps_colour);
         });
         return fit;
     }
@@ -100,6 +103,14 @@ public:
 private:
     static constexpr std::size_t part_size = 1024; ///< records that a thread takes at once
     std::size_t parts() const noexcept { return (map_.gaussians.size() + part_size - 1) / part_size; }
+    /// Calls f(i) for each Gaussian, on all threads.
+    template <class F>
+    void in_parts(F const& f)
+    {
+        detail::in_parallel(options_.view.threads, parts(), [&](std::size_t part) noexcept {
+            for (std::size_t i = part * part_size; i < map_.gaussians.size() && i < (part + 1) * part_size; ++i) f(i);
+        });
+    }
 
     void project(splat::View const& view)
     {
@@ -125,9 +136,18 @@ private:
                                                               splats_[i])) splats_[i] = {};
     }
 
+    template <std::uint32_t Degree>
+    void step_harmonics(std::size_t i, splat::View const& view, splat::map::RecordSlopes const& slopes, float rate) noexcept
+    {
+        constexpr std::size_t words = 3 * splat::harmonics_per_channel(Degree);
+        splat::map::HarmonicsStep::step<Degree>(map_.harmonics.data() + words * i, map_.gaussians[i], view, slopes, rate,
+                                                options_.decays, harmonics_[i]);
+    }
+
     RefineOptions options_;
     scene::Map map_;
     std::vector<State> states_;
+    std::vector<splat::map::HarmonicsStep::State> harmonics_;
     std::vector<splat::Splat> splats_;
     ViewSums sums_;
 };

@@ -1,5 +1,8 @@
 #pragma once
+#include <cmath>
+#include <cstdint>
 #include <tilemesh/splat/exponential.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 
 /// Optimisers as policies: how a Gaussian moves by its slopes in one view. Every operation is correctly rounded, or the library's own:
@@ -7,9 +10,9 @@
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat::map {
 
-/// The length of a step of each kind: world units, logarithms, quaternion, logit, linear colour.
+/// The length of a step of each kind: world units, logarithms, quaternion, logit, linear colour; coefficients of harmonics.
 struct Rates {
-    float mean, log_scale, rotation, logit, colour;
+    float mean, log_scale, rotation, logit, colour, harmonics = 0;
 
     constexpr float of(Kind kind) const noexcept
     {
@@ -23,13 +26,17 @@ struct Rates {
 /// The rates at which `bench/mapping` refines maps. `scene_depth`: the median depth of the views, in world units.
 constexpr Rates usual_rates(float scene_depth) noexcept
 {
-    return {1e-3f * scene_depth, 5e-3f, 2e-3f, 2.5e-2f, 5e-3f};
+    return {1e-3f * scene_depth, 5e-3f, 2e-3f, 2.5e-2f, 5e-3f, 2.5e-4f}; // harmonics: a twentieth of colours
+}
+constexpr Rates operator*(Rates const& r, float by) noexcept
+{
+    return {r.mean * by, r.log_scale * by, r.rotation * by, r.logit * by, r.colour * by, r.harmonics * by};
 }
 /// Rates that fall evenly, by the logarithm, from `rates` at share 0 of a run to a tenth of them at share 1.
 inline Rates faded(Rates const& rates, float share) noexcept
 {
     float const by = exponential(-2.30258509f * share);
-    return {rates.mean * by, rates.log_scale * by, rates.rotation * by, rates.logit * by, rates.colour * by};
+    return rates * by;
 }
 
 /// The decays of the moments, and what keeps a step finite where no slope was ever seen. The constants are Adam's (Kingma and Ba 2015),
@@ -121,6 +128,30 @@ struct SecondMomentByKind {
             for (std::uint32_t i = p.first; i < p.end; ++i) step[i] = by * slopes.of[i];
         }
         detail::move(g, step, clamps_colour);
+    }
+};
+/// The step of a Gaussian's harmonics, with either optimiser: no first moment, one second moment for all coefficients. 2 words a Gaussian.
+struct HarmonicsStep {
+    struct State {
+        float second;
+        std::uint32_t steps;
+    };
+    /// A coefficient's slope is that of the colour times its function of the direction. `g`: as the view showed it, before its own step.
+    template <std::uint32_t Degree>
+    static void step(float* harmonics, Gaussian const& g, View const& view, RecordSlopes const& slopes, float rate, Decays const& d,
+                     State& s) noexcept
+    {
+        constexpr std::uint32_t n = harmonics_per_channel(Degree);
+        float basis[n], squares = 0;
+        splat::detail::harmonic_basis<Degree>(splat::detail::direction_of(g, view), basis);
+        float const* const colour = slopes.of + places_of(Kind::colour).first;
+        for (float const b : basis)
+            for (std::uint32_t c = 0; c < 3; ++c) squares = multiply_add(b * colour[c], b * colour[c], squares);
+        s.steps = s.steps + 1;
+        s.second = multiply_add(d.second, s.second, (1.0f - d.second) * (squares / static_cast<float>(3 * n)));
+        float const by = -rate / (std::sqrt(s.second * detail::correction(d.log_second, s.steps)) + d.least);
+        for (std::uint32_t k = 0; k < n; ++k)
+            for (std::uint32_t c = 0; c < 3; ++c) harmonics[3 * k + c] = multiply_add(by * basis[k], colour[c], harmonics[3 * k + c]);
     }
 };
 static_assert(sizeof(Adam::State) == 4 * 29 && sizeof(SecondMomentByKind::State) == 4 * 6, "the words that an anchored Gaussian keeps");
