@@ -149,7 +149,7 @@ inline std::vector<splat::map::Moments<D>> moments(Frame const& f, Camera const&
             double const dx = x - s.u, off = y - s.v - s.b / s.a * dx;
             splat::map::walk_pair<D>(p, pair.alpha, true, !pair.clamped, dx, off, {{s.colour[0], s.colour[1], s.colour[2]}, s.z, 1e30},
                                      {{g[0], g[1], g[2]}, g[3], g[4]},
-                                     m.transmittance_min, 1e30f, sums[pair.splat]);
+                                     {m.transmittance_min, 1e30f, splat::map::LastPair::as_cut}, sums[pair.splat]);
         }
     }
     std::vector<splat::map::Moments<D>> out;

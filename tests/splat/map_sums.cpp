@@ -142,7 +142,7 @@ TEST_CASE("map sums: the second walk ends with the transmittances of the first, 
         auto const count = Set::call<splat::detail::ListHits>(std::as_const(plain), 64u, open.at, &hits[0]);
         splat::detail::RowLimits const limits{rules.alpha_min};
         Set::call<splat::detail::BlendBlock<StopRule>>(open.state, std::as_const(plain), hits, count, open.at, rules, limits);
-        Set::call<map::detail::WalkBlock<StopRule>>(block, *chunk, hits, count, open.at, rules, 4.0f);
+        Set::call<map::detail::WalkBlock<StopRule>>(block, *chunk, hits, count, open.at, rules, map::LossRules{});
         CHECK(std::memcmp(block.transmittance, open.state.transmittance, sizeof block.transmittance) == 0);
         std::uint32_t stopped = 0;
         for (auto const& row : open.state.transmittance)
@@ -158,6 +158,7 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
     std::vector<double> errors;
     for (std::uint64_t seed = 0; seed < (support::fast() ? 10u : 40u); ++seed) {
         auto const scene = reference::stiff_scene(seed);
+        auto const last_pair = seed % 2 == 0 ? map::LastPair::as_cut : map::LastPair::alike;
         Rules rules;
         rules.alpha_max = 1;
         auto const view = make_view(scene.camera, rules);
@@ -201,8 +202,9 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                     auto const& s = splats[one.i];
                     map::walk_pair<D>(p, one.alpha, true, true, one.dx, one.off,
                                       {{double{s.colour[0]}, double{s.colour[1]}, double{s.colour[2]}}, double{s.depth}, 1e30},
-                                      {{g[0], g[1], g[2]}, g[3], g[4]}, &one == &taken.back() &&
-                                          !(stops >= rules.transmittance_min) ? 2.0f : 1e-30f, 1e30f, truth[one.i]);
+                                      {{g[0], g[1], g[2]}, g[3], g[4]},
+                                      {&one == &taken.back() && !(stops >= rules.transmittance_min) ? 2.0f : 1e-30f, 1e30f, last_pair},
+                                      truth[one.i]);
                 }
             }
 
@@ -239,7 +241,8 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                 std::uint32_t hits[64 + 16];
                 auto const count = Set::call<splat::detail::ListHits>(static_cast<splat::detail::Chunk<64> const&>(*chunk), n, open.at,
                                                                       &hits[0]);
-                Set::call<map::detail::WalkBlock<splat::detail::StopEachPixel>>(block, *chunk, hits, count, open.at, rules, limit);
+                Set::call<map::detail::WalkBlock<splat::detail::StopEachPixel>>(block, *chunk, hits, count, open.at, rules,
+                                                                                map::LossRules{1, 0, 0, 0, limit, last_pair});
             }
         double squares = 0, most = 0;
         for (auto const& one : exact) squares += one.of[map::gp] * one.of[map::gp];
@@ -257,6 +260,41 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                                                                          << nine_tenths << ", worst " << errors.back());
     CHECK(nine_tenths < 2e-5);
     CHECK(errors.back() < 1e-4); // rounding behind a pair is amplified by 1 / (1 - alpha), at most 1 / transmittance_min
+}
+
+TEST_CASE("map sums: the pair that ends a pixel, by hand")
+{
+    for (auto const last : {map::LastPair::alike, map::LastPair::as_cut}) {
+        // Two pairs: alpha 0.5, then alpha 1. Colours 1 and 3, a slope of 2 by the colour and of 8 by the last transmittance.
+        map::WalkingPixel<D> p{1, 0.5 * 2 * 1 + 0.5 * 2 * 3};
+        map::PairSums<D> first{}, second{};
+        map::PixelSlopes<D> const slopes{{2, 0, 0}, 0, 8};
+        map::PairRules const rules{5e-3f, 100, last};
+        map::walk_pair<D>(p, 0.5, true, true, 2, 3, {{1, 0, 0}, 1, 100}, slopes, rules, first);
+        CHECK(p.t == 0.5);
+        CHECK(p.left == 3);
+        CHECK(first.of[map::gp] == 1 - 0.5 * (3 / 0.5)); // w q - alpha left / (1 - alpha)
+        CHECK(first.of[map::gp_xo] == first.of[map::gp] * 6);
+        CHECK(first.of[map::w_red] == 1);
+        map::walk_pair<D>(p, 1.0, true, true, 2, 3, {{3, 0, 0}, 1, 100}, slopes, rules, second);
+        CHECK(p.t == 0);
+        CHECK(second.of[map::gp] == (last == map::LastPair::alike ? 0 : 3 - 0.5 * 8));
+        CHECK(second.of[map::w_red] == 1);
+        // The clip, alpha_max, and a pair that takes no part.
+        map::PairSums<D> other{};
+        p = {1, 1000};
+        map::walk_pair<D>(p, 0.5, true, true, 1, 1, {{1, 0, 0}, 1, 100}, slopes, {5e-3f, 4, last}, other);
+        CHECK(other.of[map::gp] == -4 * 0.5);
+        other = {};
+        map::walk_pair<D>(p, 0.5, true, false, 1, 1, {{1, 0, 0}, 1, 100}, slopes, rules, other);
+        CHECK(other.of[map::gp] == 0);
+        CHECK(other.of[map::w_red] == 0.5 * 0.5 * 2);
+        auto const before = p;
+        map::walk_pair<D>(p, 0.5, false, true, 1, 1, {{1, 0, 0}, 1, 100}, slopes, rules, other);
+        CHECK(p.t == before.t);
+        CHECK(p.left == before.left);
+        CHECK(other.of[map::w_red] == 0.5 * 0.5 * 2);
+    }
 }
 
 TEST_CASE("map sums: no set of pixels exceeds the bound, and a frame in which each pair is at the clip stays below 2^30 quanta")

@@ -12,6 +12,12 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::map {
 /// A pixel's depth counts if its splats cover it by more than this share.
 inline constexpr float least_covered = 0.5f;
 
+/// What lies behind the pair that ends a pixel, as its slope sees it.
+enum class LastPair : std::uint32_t {
+    alike, ///< more of the same: the pair's shape and opacity get nothing. Maps fit as well or better (bench/mapping)
+    as_cut ///< the last transmittance alone: the derivative of the picture as it is
+};
+
 /// The loss of a pixel: `colour` times the mean of |r| over the channels, plus `depth` times |D - D*| / D*, with the depth D of the picture
 /// and D* of the target. A residual inside a Huber width counts squared; 0 is the absolute value alone.
 struct LossRules {
@@ -20,6 +26,7 @@ struct LossRules {
     /// Bounds a pixel's slope by a colour, and what a pair of a splat and a pixel adds to a sum, in units of its weight. Pairs beyond it
     /// are clipped; of real maps, at most a few are (bench/mapping).
     float limit = 4;
+    LastPair last_pair = LastPair::alike;
 };
 
 /// The targets of a block, field by field: red, green, blue, depth. Pixels that do not count are NaN.

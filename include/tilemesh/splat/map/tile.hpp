@@ -140,7 +140,7 @@ template <class Stop, std::uint32_t Lanes, std::uint32_t Group, std::uint32_t Si
                 for (std::uint32_t i = 0; i < count; ++i) memory.chunk.prepare(i, at(begin + i), m.dilation, w.loss.limit);
             },
             [&](std::uint32_t b, std::uint32_t const* hits, std::uint32_t part, std::uint32_t blended) noexcept {
-                set.template call<WalkBlock<Stop>>(memory.walking[b], memory.chunk, hits, part, memory.open[b].at, m, w.loss.limit);
+                set.template call<WalkBlock<Stop>>(memory.walking[b], memory.chunk, hits, part, memory.open[b].at, m, w.loss);
                 return blended % blended_between_looks == 0 && all_stopped(memory.walking[b].transmittance, m.transmittance_min);
             },
             [&](std::uint32_t begin, std::uint32_t count) noexcept {

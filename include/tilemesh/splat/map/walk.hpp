@@ -33,18 +33,22 @@ struct PairSums {
     typename A::Real of[sums];
 };
 
-/// One pair, with alpha as blending has it. With q, the total's slope by the pair's weight, gP = w q - alpha B. B is what lies behind the
-/// pair, over 1 - alpha: `left` over 1 - alpha. It is not so for the pair that ends the pixel. There `left` is a difference of equal
-/// numbers, and 1 - alpha may be 0; but only the last transmittance lies behind, by the rule of the stop: T times its slope. So rounding
-/// is amplified by at most 1 / transmittance_min.
+/// The rules of a pair on the second walk.
+struct PairRules {
+    float transmittance_min, limit;
+    LastPair last_pair;
+};
+
+/// One pair, with alpha as blending has it. With q, the total's slope by the pair's weight, gP = w q - alpha B, and B is what lies behind
+/// the pair, `left`, over 1 - alpha. The pair that ends the pixel is an exception. There `left` is a difference of equal numbers, and 1 -
+/// alpha may be 0; so B follows from the rule of the stop (`LastPair`), and rounding is amplified by at most 1 / transmittance_min.
 ///
 /// `takes_part`: the lanes that blend. `follows`: the lanes whose alpha follows the power; alpha_max clamps the others. The clip bounds
 /// |gP| by limit w, also where an input was not finite.
 template <class A>
 TILEMESH_KERNEL void walk_pair(WalkingPixel<A>& p, typename A::Real const& alpha, typename A::Mask const& takes_part,
                                typename A::Mask const& follows, typename A::Real const& dx, typename A::Real const& off,
-                               WalkingPaint<A> const& paint, PixelSlopes<A> const& slopes, float transmittance_min, float limit,
-                               PairSums<A>& s) noexcept
+                               WalkingPaint<A> const& paint, PixelSlopes<A> const& slopes, PairRules const& rules, PairSums<A>& s) noexcept
 {
     using Real = typename A::Real;
     Real const zero = A::all(0.0f);
@@ -55,11 +59,12 @@ TILEMESH_KERNEL void walk_pair(WalkingPixel<A>& p, typename A::Real const& alpha
     Real const passes = A::select(takes_part, w * q, zero);
     p.left = p.left - passes;
     Real const next = p.t - w;
-    auto const ends = next < A::all(transmittance_min > 0 ? transmittance_min : 1e-30f);
-    Real const behind = A::select(ends, p.t * slopes.through, p.left / (A::all(1.0f) - alpha));
+    auto const ends = next < A::all(rules.transmittance_min > 0 ? rules.transmittance_min : 1e-30f);
+    Real const at_the_end = p.t * (rules.last_pair == LastPair::alike ? q : slopes.through);
+    Real const behind = A::select(ends, at_the_end, p.left / (A::all(1.0f) - alpha));
     p.t = next;
 
-    Real const most = A::all(limit) * w;
+    Real const most = A::all(rules.limit) * w;
     Real slope = A::multiply_add(-alpha, behind, passes);
     slope = splat::detail::clamp<A>(slope, -most, most);
     slope = A::select(A::every(takes_part, follows), slope, zero);
@@ -150,12 +155,13 @@ template <class Stop>
 struct WalkBlock {
     template <class Set, std::uint32_t Size>
     TILEMESH_KERNEL static void run(WalkingBlock& block, WalkChunk<Size>& c, std::uint32_t const* hits, std::uint32_t n,
-                                    splat::detail::BlockPlace const& at, Rules const& m, float limit) noexcept
+                                    splat::detail::BlockPlace const& at, Rules const& m, LossRules const& loss) noexcept
     {
         using namespace splat::detail;
         constexpr std::uint32_t N = Set::most_lanes;
         using A = FloatLanes<N>;
         float const lowest = lowest_power_for(m.alpha_min);
+        PairRules const rules{m.transmittance_min, loss.limit, loss.last_pair};
         alignas(vector_bytes) float columns[padded_sums][block_width] = {};
         for (std::uint32_t h = 0; h < n; ++h) {
             std::uint32_t const i = hits[h] & Hit::number, pattern = hits[h] >> Hit::limits_at;
@@ -183,7 +189,7 @@ struct WalkBlock {
                     PixelSlopes<A> const slopes{{load<N>(block.slopes.colour[0][k] + column),
                                                  load<N>(block.slopes.colour[1][k] + column), load<N>(block.slopes.colour[2][k] + column)},
                                                 load<N>(block.slopes.depth[k] + column), load<N>(block.slopes.through[k] + column)};
-                    walk_pair<A>(p, alpha, takes_part, follows, dx, off, paint, slopes, m.transmittance_min, limit, s);
+                    walk_pair<A>(p, alpha, takes_part, follows, dx, off, paint, slopes, rules, s);
                     store(block.transmittance[k] + column, p.t);
                     store(block.slopes.left[k] + column, p.left);
                 }
