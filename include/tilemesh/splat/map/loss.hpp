@@ -24,7 +24,7 @@ struct LossRules {
     float colour = 1, depth = 0;
     float huber_colour = 0, huber_depth = 0;
     /// Bounds a pixel's slope by a colour, and what a pair of a splat and a pixel adds to a sum, in units of its weight. Pairs beyond it
-    /// are clipped; of real maps, at most a few are (bench/mapping).
+    /// are clipped.
     float limit = 4;
     LastPair last_pair = LastPair::alike;
 };
