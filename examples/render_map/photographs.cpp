@@ -1,4 +1,5 @@
 #include "photographs.hpp"
+#include "../shared/photograph_of.hpp"
 #include "../shared/picture_input.hpp"
 #include "../shared/png.hpp"
 #include "../shared/text.hpp"
@@ -36,24 +37,6 @@ bool same(Size a, Size b)
     return a.width == b.width && a.height == b.height;
 }
 
-/// The photograph of a camera of this name; empty if there is none.
-fs::path photograph_of(fs::path const& folder, fs::path const& name)
-{
-    static constexpr std::array<char const*, 6> extensions{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
-    std::error_code ignored;
-    auto const is_file = [&](fs::path const& path) { return fs::exists(path, ignored) && !fs::is_directory(path, ignored); };
-    auto const beside = name.relative_path().lexically_normal(); // "./train/r_0" is "train/r_0"
-    for (auto const& each : {beside, beside.filename()}) {
-        if (each.empty() || *each.begin() == "..") continue;
-        if (auto const path = folder / each; is_file(path)) return path;
-        for (auto const* extension : extensions)
-            if (auto const path = folder / fs::path(each).concat(extension); is_file(path)) return path;
-        for (auto const* extension : extensions)
-            if (auto const path = folder / fs::path(each).replace_extension(extension); is_file(path)) return path;
-    }
-    return {};
-}
-
 std::array<float, 3> background_of(Options const& options)
 {
     return options.renderer.background.value_or(std::array<float, 3>{});
@@ -76,7 +59,7 @@ void find_photographs(Options const& options, std::vector<Shot>& shots)
                     "); name the folder of the photographs");
     std::map<fs::path, std::string> taken; // photographs, and the cameras that have them
     for (auto& shot : shots) {
-        Photograph photo{photograph_of(*options.photos, shot.picture), "", {}, false};
+        Photograph photo{shared::photograph_of(*options.photos, shot.picture), "", {}, false};
         if (photo.path.empty()) {
             photo.path = *options.photos / fs::path(shot.picture).relative_path();
             photo.problem = shared::one_line(photo.path.string()) + " is not compared (there is no such photograph, nor one of that name with .png or .jpg); "

@@ -82,6 +82,7 @@
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>

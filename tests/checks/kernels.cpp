@@ -43,6 +43,12 @@
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <tilemesh/splat/map/chain.hpp>
+#include <tilemesh/splat/map/loss.hpp>
+#include <tilemesh/splat/map/optimise.hpp>
+#include <tilemesh/splat/map/sums.hpp>
+#include <tilemesh/splat/map/tile.hpp>
+#include <tilemesh/splat/map/walk.hpp>
 #include <tilemesh/splat/number.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policies.hpp>
@@ -65,6 +71,7 @@
 #include <tilemesh/splat/search.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/splat/target_pixel.hpp>
 #include <tilemesh/splat/view.hpp>
 
 namespace {
@@ -200,6 +207,28 @@ POSE_KERNEL(bloom, splat::Bloom<Tracked>)
 POSE_KERNEL(composite_with_pose, splat::pose::CompositeWithPose<Tracked>)
 POSE_KERNEL(send_cells, splat::pose::SendCells<Tracked>)
 POSE_KERNEL(add_gradients, splat::pose::AddGradients<Tracked>)
+
+// What a program that improves the map is made of: both walks of a worker, and the step of a Gaussian.
+extern "C" void map_walk(splat::map::WalkMemory<2, 16>& memory, splat::PixelRect const& tile, splat::Camera const& camera, splat::map::WalkRules const& rules,
+                         splat::Splat const* splats, std::uint32_t n, splat::TargetPixel const* target, splat::map::SplatSums* to, Worker worker) noexcept
+{
+    auto const at = [=](std::uint32_t i) noexcept -> splat::Splat const& { return splats[i]; };
+    auto const seen = [](auto const&, splat::map::BlockLoss const& loss) noexcept { return loss.pixels != 0; };
+    auto const add = [=](std::uint32_t i, splat::map::SplatSums const& s) noexcept { to[i] += s; };
+    splat::map::walk_tile(memory, tile, camera, rules, n, at, target, tile.x1 - tile.x0, worker, seen, add);
+}
+template <class Optimiser>
+void map_step(splat::Gaussian& g, splat::View const& view, splat::Splat const& s, splat::map::SplatSums const& sums, splat::map::Rates const& rates,
+              typename Optimiser::State& state) noexcept
+{
+    splat::map::Slopes<splat::detail::OneFloat> slopes;
+    if (splat::map::slopes_of(g, view, splat::map::moments_of(sums, s, view.rules.dilation, 4.0f), slopes))
+        Optimiser::step(g, slopes, splat::map::faded(rates, 0.5f), splat::map::Decays{}, state);
+}
+template void map_step<splat::map::Adam>(splat::Gaussian&, splat::View const&, splat::Splat const&, splat::map::SplatSums const&, splat::map::Rates const&,
+                                         splat::map::Adam::State&) noexcept;
+template void map_step<splat::map::SecondMomentByKind>(splat::Gaussian&, splat::View const&, splat::Splat const&, splat::map::SplatSums const&,
+                                                       splat::map::Rates const&, splat::map::SecondMomentByKind::State&) noexcept;
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

@@ -13,7 +13,7 @@ refuse() { # a reason, then what was found (nothing: all is well)
     if [ -n "$2" ]; then printf '%s:\n%s\n' "$1" "$2" && failed=1; fi
 }
 all=$(find . -name '*.hpp' | sed 's,^\./,,' | sort)
-kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp splat/homes/*.hpp splat/pose/*.hpp)
+kernel_code=$(ls config.hpp machine/*.hpp splat/*.hpp splat/homes/*.hpp splat/map/*.hpp splat/pose/*.hpp)
 codelet_code='poplar/(codelet|control_vertices|program_log|vertex_edges)\.hpp'
 codelets="$(printf '%s\n' $all | grep -xE "$codelet_code") ../../examples/heat/heat.hpp ../../examples/on_poplar/codelets.cpp"
 
@@ -40,6 +40,8 @@ refuse "report/ includes report/, splat/ and below, error.hpp, joined_threads.hp
     "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp|number_text\.hpp')"
 refuse "track/ includes track/, render/, engine/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours track/ 'track/|render/|engine/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "mapping/ includes mapping/, report/, scene/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours mapping/ 'mapping/|report/|scene/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
@@ -60,7 +62,7 @@ refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE
 # shellcheck disable=SC2086
 detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
     sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
-owners='engine|mpi|splat|scene|render|report|track'
+owners='engine|mpi|splat|scene|render|report|track|mapping'
 refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
     grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
 refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
@@ -109,9 +111,9 @@ done
 refuse "README.md: public headers twice" "$(printf '%s\n' "$public" | sort | uniq -d)"
 refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public" | grep -vxF "$all" || true)"
 refuse "README.md: public headers that tilemesh.hpp does not include" \
-    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mpi|poplar)/.*" | grep -vxF "$reached" || true)"
+    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mapping|mpi|poplar)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
-    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|$inside)\.hpp"
+    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|mapping|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|$inside)\.hpp"
     find ../../examples ../../tests/consumers -path ../../examples/page -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
     } | sort -u | grep -vxF "$public" || true)"
 

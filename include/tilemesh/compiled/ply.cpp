@@ -6,6 +6,7 @@
 #include <tilemesh/scene/detail/ply_gaussian_code.hpp>
 #include <tilemesh/scene/detail/ply_header_code.hpp>
 #include <tilemesh/scene/detail/ply_kind_code.hpp>
+#include <tilemesh/scene/detail/ply_output_code.hpp>
 #include <tilemesh/scene/detail/ply_rows_code.hpp>
 #include <tilemesh/scene/detail/ply_source_code.hpp>
 #include <tilemesh/scene/detail/records_code.hpp>

@@ -34,7 +34,19 @@ void harmonic_basis(Float3 const& d, float (&basis)[harmonics_per_channel(Degree
         }
     }
 }
-
+/// The direction from the camera to the mean, of length 1. The mean is in front of the near plane, so its distance is not 0. The largest
+/// component is first scaled to about 1, so that no square leaves the range of floats.
+inline Float3 direction_of(Gaussian const& g, View const& view) noexcept
+{
+    Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
+             g.mean_world[2] - view.camera.position[2]};
+    float largest = std::fabs(d.x) > std::fabs(d.y) ? std::fabs(d.x) : std::fabs(d.y);
+    largest = std::fabs(d.z) > largest ? std::fabs(d.z) : largest;
+    float const shrink = inverse_of_power(power_of_two_below(largest));
+    d = {d.x * shrink, d.y * shrink, d.z * shrink};
+    float const per_length = 1.0f / std::sqrt(dot(d, d));
+    return {d.x * per_length, d.y * per_length, d.z * per_length};
+}
 } // namespace detail
 
 /// Sets the colour of `s` to the colour that the camera sees from its position. Requires a visible `s`. Returns false if a channel is NaN
@@ -43,17 +55,7 @@ template <std::uint32_t Degree>
 bool shade(Gaussian const& g, float const* harmonics, View const& view, Splat& s) noexcept
 {
     using namespace detail;
-    // The direction from the camera to the mean. The mean is in front of the near plane, so its length is not 0. The largest component is
-    // first scaled to about 1, so that no square leaves the range of floats.
-    Float3 d{g.mean_world[0] - view.camera.position[0], g.mean_world[1] - view.camera.position[1],
-             g.mean_world[2] - view.camera.position[2]};
-    float largest = std::fabs(d.x) > std::fabs(d.y) ? std::fabs(d.x) : std::fabs(d.y);
-    largest = std::fabs(d.z) > largest ? std::fabs(d.z) : largest;
-    float const shrink = inverse_of_power(power_of_two_below(largest));
-    d = {d.x * shrink, d.y * shrink, d.z * shrink};
-    float const per_length = 1.0f / std::sqrt(dot(d, d));
-    d = {d.x * per_length, d.y * per_length, d.z * per_length};
-
+    Float3 const d = direction_of(g, view);
     float basis[harmonics_per_channel(Degree)];
     harmonic_basis<Degree>(d, basis);
     for (std::uint32_t channel = 0; channel < 3; ++channel) {

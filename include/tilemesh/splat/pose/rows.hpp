@@ -2,6 +2,7 @@
 #include <limits>
 #include <tilemesh/splat/pose/blend.hpp>
 #include <tilemesh/splat/pose/sums.hpp>
+#include <tilemesh/splat/target_pixel.hpp>
 
 /// Blended pixels with their derivatives to the rows of a least-squares problem: residuals against a target, averaged over cells.
 TILEMESH_EXACT_BEGIN
@@ -9,12 +10,7 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh { inline namespace v0_2 { namespace splat::pose {
 
-/// A pixel of the picture that the camera saw: linear RGB, and the view depth in world units; 0 or NaN if it is not known. A pixel whose
-/// colour is NaN does not count.
-struct TargetPixel {
-    float rgb[3];
-    float depth;
-};
+using splat::TargetPixel;
 /// A pixel counts if its splats cover it by more than this share. Where a target has a depth, residuals of the depth count too.
 inline constexpr float least_coverage = 0.5f;
 

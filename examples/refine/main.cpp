@@ -1,0 +1,256 @@
+// Makes a map agree better with photographs, on the host.
+#include "../shared/codecs.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/process.hpp"
+#include "../shared/sha256.hpp"
+#include "../shared/text.hpp"
+#include "options.hpp"
+#include "views.hpp"
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iostream>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/mapping/refiner.hpp>
+#include <tilemesh/report/distinct_files.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/ply_output.hpp>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace {
+
+namespace mapping = tilemesh::mapping;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+using refine::Options;
+using refine::View;
+using tilemesh::Error;
+
+/// A number as JSON has it; JSON has no number that is not finite.
+std::string number(double value)
+{
+    if (!std::isfinite(value)) return "null";
+    std::array<char, 32> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+/// A number for readers: two decimals.
+std::string rounded(double value)
+{
+    if (!std::isfinite(value)) return "infinite";
+    std::array<char, 64> text{};
+    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 2).ptr};
+}
+/// A text as JSON has it.
+std::string json_text(std::string const& text)
+{
+    std::string out = "\"";
+    for (char const c : shared::one_line(text)) {
+        if (c == '"' || c == '\\') out += '\\';
+        out += c;
+    }
+    return out + '"';
+}
+
+/// What the run prints on standard output. A text that cannot be printed does not end the run: the first error stays in `problem`.
+class Printer {
+public:
+    explicit Printer(bool quiet) : quiet_(quiet) {}
+    void say(std::string const& text)
+    {
+        if (quiet_ || problem) return;
+        try {
+            shared::print(text + "\n", "the map is written; --quiet prints errors only", std::cout);
+        } catch (Error const& error) {
+            problem = error.what();
+        }
+    }
+    std::optional<std::string> problem;
+
+private:
+    bool quiet_;
+};
+
+/// The PSNR of each view.
+template <class Refiner>
+std::vector<double> compare(Refiner& refiner, std::vector<View> const& views)
+{
+    std::vector<double> out;
+    for (auto const& view : views) out.push_back(refiner.measure(view.camera, view.target()).psnr_db());
+    return out;
+}
+double mean(std::vector<double> const& values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// The median depth of what the first view shows that shows something. Throws `Error` if none does.
+template <class Refiner>
+float median_depth(Refiner& refiner, std::vector<View> const& views)
+{
+    for (auto const& view : views) {
+        auto depths = refiner.render(view.camera).depth.values;
+        std::erase_if(depths, [](float d) { return !(d > 0); });
+        if (depths.empty()) continue;
+        auto const middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+        std::nth_element(depths.begin(), middle, depths.end());
+        return *middle;
+    }
+    throw Error("no camera shows anything of the map (no pixel is half covered); name the cameras of this map");
+}
+
+/// The order of the views: each once in a round, and each round in another order (SplitMix64, Fisher and Yates).
+class Order {
+public:
+    explicit Order(std::uint32_t count) : views_(count) { std::iota(views_.begin(), views_.end(), 0u); }
+    std::uint32_t next()
+    {
+        if (left_ == 0) {
+            left_ = views_.size();
+            for (auto i = static_cast<std::uint32_t>(left_); i > 1; --i) std::swap(views_[i - 1], views_[below(i)]);
+        }
+        return views_[--left_];
+    }
+
+private:
+    std::uint32_t below(std::uint32_t n)
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return static_cast<std::uint32_t>(((z ^ (z >> 31)) >> 32) * n >> 32);
+    }
+    std::uint64_t state_ = 1;
+    std::vector<std::uint32_t> views_;
+    std::size_t left_ = 0;
+};
+
+/// Refuses outputs that cannot be written, or that would overwrite a file that the run reads.
+void check_outputs(Options const& o, std::vector<std::filesystem::path> const& read)
+{
+    constexpr char const *map_remedy = "name another file with --out", *report_remedy = "name another file with --report";
+    shared::check_file(o.out, "the map", map_remedy);
+    if (o.report) shared::check_file(*o.report, "the report", report_remedy);
+    report::DistinctFiles files;
+    for (auto const& file : read) files.read(file);
+    if (!o.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    files.write(o.out, "the map", map_remedy);
+    if (o.report) files.write(*o.report, "the report", report_remedy);
+}
+
+/// What the report says besides the measures.
+struct Facts {
+    std::uint32_t steps, done;
+    std::size_t gaussians;
+    double median_depth, ms;
+    std::string optimiser, sha256;
+};
+std::string report_of(Facts const& f, refine::Views const& views, std::vector<double> const& before, std::vector<double> const& after)
+{
+    std::string text = "{\n", held_out;
+    auto const add = [&](char const* name, std::string const& value) {
+        text += std::string("  \"") + name + "\": " + value + (name == std::string("map_sha256") ? "\n}\n" : ",\n");
+    };
+    for (std::size_t i = 0; i < before.size(); ++i)
+        held_out += (i == 0 ? "\n    {\"camera\": " : ",\n    {\"camera\": ") + json_text(views.held_out[i].name) +
+                    ", \"before_psnr_db\": " + number(before[i]) + ", \"after_psnr_db\": " + number(after[i]) + "}";
+    add("before", "{\"psnr_db\": " + number(mean(before)) + "}");
+    add("after", "{\"psnr_db\": " + number(mean(after)) + "}");
+    add("held_out", "[" + held_out + "\n  ]");
+    add("photographs", std::to_string(views.used.size()));
+    add("gaussians", std::to_string(f.gaussians));
+    add("optimiser", json_text(f.optimiser));
+    add("steps", std::to_string(f.done));
+    add("steps_asked", std::to_string(f.steps));
+    add("median_depth", number(f.median_depth));
+    add("host_ms_per_step", number(f.ms / std::max(1u, f.done)));
+    add("map_sha256", json_text(f.sha256));
+    return text;
+}
+
+template <class Optimiser>
+int run_with(Options const& o, scene::Map map, refine::Views const& views, Printer& printer)
+{
+    mapping::RefineOptions how;
+    how.view.threads = o.threads;
+    for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background[c];
+    mapping::Refiner<Optimiser> refiner(std::move(map), how);
+    float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
+    auto const rates = splat::map::usual_rates(depth) * times;
+
+    auto const before = compare(refiner, views.held_out);
+    auto const count = static_cast<std::uint32_t>(views.used.size());
+    std::uint32_t const steps = o.steps.value_or(20 * count), tenth = std::max(1u, steps / 10);
+    printer.say(std::to_string(refiner.map().gaussians.size()) + " Gaussians, " + std::to_string(count) + " photographs, " +
+                std::to_string(before.size()) + " held out; before: " + rounded(mean(before)) + " dB");
+    Order order(count);
+    double ms = 0;
+    std::uint32_t done = 0;
+    for (; done < steps && shared::interrupt() == 0; ++done) {
+        auto const& view = views.used[order.next()];
+        auto const target = view.target();
+        auto const begin = std::chrono::steady_clock::now();
+        auto const fit = refiner.step(view.camera, target, splat::map::faded(rates, static_cast<float>(done) / static_cast<float>(steps)));
+        ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+        if ((done + 1) % tenth == 0)
+            printer.say("step " + std::to_string(done + 1) + " of " + std::to_string(steps) + ": " + rounded(fit.psnr_db()) + " dB in " +
+                        shared::one_line(view.name, 200) + ", " + rounded(ms / (done + 1)) + " ms a step");
+    }
+    auto const after = compare(refiner, views.held_out);
+    auto const bytes = scene::ply_bytes(refiner.map());
+    report::write_whole(o.out, bytes);
+    if (o.report) {
+        Facts const facts{steps, done, refiner.map().gaussians.size(), double{depth}, ms, Optimiser::name, shared::sha256(bytes)};
+        report::write_whole(*o.report, report_of(facts, views, before, after));
+    }
+    printer.say("after " + std::to_string(done) + " steps: " + rounded(mean(after)) + " dB; " + shared::one_line(o.out.string()) +
+                " has the map");
+    auto const signal = shared::interrupt();
+    if (printer.problem) std::cerr << shared::one_line(*printer.problem) << std::endl;
+    if (signal != 0 && done < steps) {
+        auto const when = "interrupted after step " + std::to_string(done) + " of " + std::to_string(steps);
+        std::cerr << when << " (" << shared::signal_name(signal) << "); " << shared::one_line(o.out.string())
+                  << " has the map so far, start again for the rest" << std::endl;
+        return 128 + signal;
+    }
+    return printer.problem ? 2 : 0;
+}
+
+int run(Options const& o)
+{
+    Printer printer(o.quiet);
+    auto map = scene::load_map(o.map, shared::codecs(), scene::FarMeans::moved);
+    if (map.gaussians.empty())
+        throw Error(shared::one_line(o.map.string()) + " has no Gaussian (there is nothing to refine); name another map");
+    auto views = refine::find_views(o, map);
+    check_outputs(o, views.read);
+    refine::read_photographs(o, views.held_out);
+    refine::read_photographs(o, views.used);
+    for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note));
+    for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note));
+    return o.optimiser == refine::Optimiser::adam ? run_with<splat::map::Adam>(o, std::move(map), views, printer)
+                                                  : run_with<splat::map::SecondMomentByKind>(o, std::move(map), views, printer);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return shared::run_softly("refine", [&] {
+        auto const options = refine::options_of(argc, argv);
+        if (!options) return 0;
+        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
+        return run(*options);
+    });
+}

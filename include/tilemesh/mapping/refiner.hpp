@@ -1,0 +1,155 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tilemesh/config.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/mapping/detail/parallel.hpp>
+#include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/map/chain.hpp>
+#include <tilemesh/splat/map/optimise.hpp>
+#include <tilemesh/splat/project_all.hpp>
+#include <tilemesh/splat/view.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace mapping {
+
+/// The rules with which maps are refined: alpha_max as trainers have it, and a stop at 1e-4. With a stop at 5e-3, slopes would be off by
+/// up to 13 %.
+constexpr splat::Rules refining_rules() noexcept
+{
+    splat::Rules rules;
+    rules.alpha_max = 0.99f;
+    rules.transmittance_min = 1e-4f;
+    return rules;
+}
+
+/// How a map is refined.
+struct RefineOptions {
+    splat::Rules rules = refining_rules(); ///< `coverage` must be `of_record`; the arithmetic is `precise`, whatever they say
+    ViewOptions view{};
+    splat::map::Decays decays{};
+};
+
+/// A map that follows pictures: a step renders one view, compares it with its target, and moves each Gaussian that the view shows by its
+/// slopes.
+///
+/// After the same steps, the map has the same bits for any tile of whole blocks, any number of threads, and every compiler that fuses
+/// multiply_add alike. `Optimiser` is a policy of splat/map/optimise.hpp; harmonics have `splat::map::HarmonicsStep`. The mean's pull
+/// through the direction of its harmonics is left out. No Gaussian is added or removed.
+///
+/// A Gaussian with a degenerate record (`splat::map::chain_rule`) does not move. Throws `Error` as `ViewSums`, and for rules with
+/// `Coverage::preserved`.
+///
+/// Memory: the map, 56 + 40 bytes a Gaussian and sizeof(Optimiser::State), besides `ViewSums`.
+template <class Optimiser = splat::map::SecondMomentByKind>
+class Refiner {
+public:
+    using State = typename Optimiser::State;
+
+    explicit Refiner(scene::Map map, RefineOptions const& options = {})
+        : options_(options), map_(std::move(map)), states_(map_.gaussians.size()),
+          harmonics_(map_.sh_degree == 0 ? 0 : map_.gaussians.size()), splats_(map_.gaussians.size()), sums_(options.view)
+    {
+        if (options.rules.coverage != splat::Coverage::of_record)
+            throw Error("a map that is shown with preserved coverage cannot be refined (its opacities depend on sizes, and no slope says "
+                        "so); take Coverage::of_record");
+    }
+
+    /// Compares a view with its target. `seen`, if it is not null, gets the picture.
+    Fit measure(splat::Camera const& camera, Target const& target, Seen* seen = nullptr)
+    {
+        auto const view = splat::make_view(camera, options_.rules);
+        project(view);
+        return sums_.measure(splats_, map_.gaussians, view, target, seen);
+    }
+    /// The picture of a view.
+    Seen render(splat::Camera const& camera)
+    {
+        Seen seen;
+        Target const none{camera.width, camera.height, std::vector<splat::TargetPixel>(std::size_t{camera.width} * camera.height)};
+        measure(camera, none, &seen);
+        return seen;
+    }
+    /// One step by one view. Returns how well the picture agreed before the step.
+    Fit step(splat::Camera const& camera, Target const& target, splat::map::Rates const& rates)
+    {
+        auto const view = splat::make_view(camera, options_.rules);
+        project(view);
+        auto const fit = sums_.add_up(splats_, map_.gaussians, view, target);
+        in_parts([&](std::size_t i) noexcept {
+            auto const& sums = sums_.sums()[i];
+            if (sums.empty()) return;
+            splat::map::RecordSlopes slopes;
+            auto& g = map_.gaussians[i];
+            auto const moments = splat::map::moments_of(sums, splats_[i], view.rules.dilation, options_.view.loss.limit);
+            if (!splat::map::slopes_of(g, view, moments, slopes)) return;
+            bool const clamps_colour = map_.sh_degree == 0;
+            if (map_.sh_degree == 1) step_harmonics<1>(i, view, slopes, rates.harmonics);
+            if (map_.sh_degree == 2) step_harmonics<2>(i, view, slopes, rates.harmonics);
+            if (map_.sh_degree == 3) step_harmonics<3>(i, view, slopes, rates.harmonics);
+            Optimiser::step(g, slopes, rates, options_.decays, states_[i], clamps_colour);
+        });
+        return fit;
+    }
+
+    scene::Map const& map() const noexcept { return map_; }
+    RefineOptions const& options() const noexcept { return options_; }
+    std::vector<State> const& states() const noexcept { return states_; }
+
+private:
+    static constexpr std::size_t part_size = 1024; ///< records that a thread takes at once
+    std::size_t parts() const noexcept { return (map_.gaussians.size() + part_size - 1) / part_size; }
+    /// Calls f(i) for each Gaussian, on all threads.
+    template <class F>
+    void in_parts(F const& f)
+    {
+        detail::in_parallel(options_.view.threads, parts(), [&](std::size_t part) noexcept {
+            for (std::size_t i = part * part_size; i < map_.gaussians.size() && i < (part + 1) * part_size; ++i) f(i);
+        });
+    }
+
+    void project(splat::View const& view)
+    {
+        auto const tiling = splat::make_tiling(view.camera.width, view.camera.height, options_.view.tile.tile_width,
+                                               options_.view.tile.tile_height);
+        detail::in_parallel(options_.view.threads, parts(), [&](std::size_t part) noexcept {
+            auto const first = part * part_size, n = std::min(part_size, map_.gaussians.size() - first);
+            splat::project_all(map_.gaussians.data() + first, static_cast<std::uint32_t>(n), view, tiling, splats_.data() + first);
+            switch (map_.sh_degree) {
+            case 1: return shade<1>(first, n, view);
+            case 2: return shade<2>(first, n, view);
+            case 3: return shade<3>(first, n, view);
+            default: return;
+            }
+        });
+    }
+    template <std::uint32_t Degree>
+    void shade(std::size_t first, std::size_t n, splat::View const& view) noexcept
+    {
+        constexpr std::size_t words = 3 * splat::harmonics_per_channel(Degree);
+        for (std::size_t i = first; i < first + n; ++i)
+            if (splats_[i].visible() && !splat::shade<Degree>(map_.gaussians[i], map_.harmonics.data() + words * i, view,
+                                                              splats_[i])) splats_[i] = {};
+    }
+
+    template <std::uint32_t Degree>
+    void step_harmonics(std::size_t i, splat::View const& view, splat::map::RecordSlopes const& slopes, float rate) noexcept
+    {
+        constexpr std::size_t words = 3 * splat::harmonics_per_channel(Degree);
+        splat::map::HarmonicsStep::step<Degree>(map_.harmonics.data() + words * i, map_.gaussians[i], view, slopes, rate,
+                                                options_.decays, harmonics_[i]);
+    }
+
+    RefineOptions options_;
+    scene::Map map_;
+    std::vector<State> states_;
+    std::vector<splat::map::HarmonicsStep::State> harmonics_;
+    std::vector<splat::Splat> splats_;
+    ViewSums sums_;
+};
+
+}}} // namespace tilemesh::mapping

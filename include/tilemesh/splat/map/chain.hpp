@@ -1,0 +1,165 @@
+#pragma once
+#include <tilemesh/splat/harmonics.hpp>
+#include <tilemesh/splat/map/sums.hpp>
+
+/// The chain rule from a splat's sums to its Gaussian's parameters, once a splat and view, at the anchor.
+TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
+namespace tilemesh { inline namespace v0_2 { namespace splat::map {
+
+/// The parameters of a Gaussian, and their places among the slopes. The opacity is moved by its logit.
+enum class Kind : std::uint32_t { mean, log_scale, rotation, logit, colour };
+inline constexpr std::uint32_t kinds = 5, parameters = 14;
+struct Places {
+    std::uint32_t first, end;
+};
+constexpr Places places_of(Kind kind) noexcept
+{
+    constexpr std::uint32_t at[kinds + 1] = {0, 3, 6, 10, 11, 14};
+    return {at[static_cast<std::uint32_t>(kind)], at[static_cast<std::uint32_t>(kind) + 1]};
+}
+
+/// The slopes of a loss by the parameters of a Gaussian: mean (3), log-scale (3), quaternion w x y z (4), logit, colour (3).
+template <class A>
+struct Slopes {
+    typename A::Real of[parameters];
+};
+
+namespace detail {
+template <class A>
+TILEMESH_KERNEL splat::detail::Vector3<A> combined(typename A::Real const& a, splat::detail::Vector3<A> const& u, typename A::Real const& b,
+                                                   splat::detail::Vector3<A> const& v) noexcept
+{
+    return {A::multiply_add(a, u.x, b * v.x), A::multiply_add(a, u.y, b * v.y), A::multiply_add(a, u.z, b * v.z)};
+}
+/// The slope by the mean in view space.
+template <class A>
+struct ViewSlope {
+    typename A::Real x, y, z;
+};
+} // namespace detail
+
+/// The chain rule. It returns where the slopes have a meaning; elsewhere they are 0, and the Gaussian gets no step: its quaternion's
+/// square is not between 1e-30 and 1e30, an axis is longer than 1e9 pixels, or a slope is not finite or beyond 1e30.
+///
+/// With the hats r1 = v1 sqrt(-2 along) and r2 = (v2 - slope v1) sqrt(-2 across) of the rows of V = J W R S, the slope by row 2 is dv2 =
+/// (M11 r1 + M02 r2) sqrt(-2 across), by row 1 dv1 = (M20 r1 + M11 r2) sqrt(-2 along) - slope dv2, and by log-scale i M20 r1_i^2 + 2 M11
+/// r1_i r2_i + M02 r2_i^2. v2 - slope v1 comes from a double cross product, so nothing cancels for a needle.
+///
+/// The colour's slope is there also where a colour is 0: the optimiser clamps after its step, or a black splat would stay black. Requires
+/// the sums of this Gaussian in this view, and `Coverage::of_record`. The sets of pairs are constant. Cost: about 200 multiply-adds, five
+/// divisions, three roots.
+template <class A>
+TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> const& g, View const& view, Moments<A> const& m,
+                                            Slopes<A>& out) noexcept
+{
+    using Real = typename A::Real;
+    using Vector = splat::detail::Vector3<A>;
+    using splat::detail::dot;
+    Camera const& c = view.camera;
+    Real const one = A::all(1.0f), two = A::all(2.0f), zero = A::all(0.0f);
+
+    // The view, as in the projection.
+    Vector const d{g.mean_world.x - c.position[0], g.mean_world.y - c.position[1], g.mean_world.z - c.position[2]};
+    Vector const w0{A::all(c.rotation[0][0]), A::all(c.rotation[0][1]), A::all(c.rotation[0][2])};
+    Vector const w1{A::all(c.rotation[1][0]), A::all(c.rotation[1][1]), A::all(c.rotation[1][2])};
+    Vector const w2{A::all(c.rotation[2][0]), A::all(c.rotation[2][1]), A::all(c.rotation[2][2])};
+    Real const z = dot(w2, d), per_z = one / z, sx = dot(w0, d) / z, sy = dot(w1, d) / z;
+    Real const qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
+    Real const norm = splat::detail::squared_length<A>(qw, qx, qy, qz), per_norm = one / norm, t = two / norm;
+    Real const xx = t * qx * qx, yy = t * qy * qy, zz = t * qz * qz, xy = t * qx * qy, xz = t * qx * qz, yz = t * qy * qz;
+    Real const wx = t * qw * qx, wy = t * qw * qy, wz = t * qw * qz;
+    Vector const axis[3] = {{one - (yy + zz), xy + wz, xz - wy}, {xy - wz, one - (xx + zz), yz + wx}, {xz + wy, yz - wx, one - (xx + yy)}};
+    Vector const scale{A::exponential(g.log_scale.x), A::exponential(g.log_scale.y), A::exponential(g.log_scale.z)};
+    splat::detail::Factor<A> f;
+    f.jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
+    f.jy = splat::detail::limited<A>(sy, view.rules.slope_limit[1]);
+    f.px_per_x = A::all(c.fx) / z;
+    f.px_per_y = A::all(c.fy) / z;
+    for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
+    f.multiply(scale);
+    Real const free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
+    Real const free_y = A::select(A::magnitude(sy) <= A::all(view.rules.slope_limit[1]), one, zero);
+
+    // The hats.
+    Real const h = A::all(view.rules.dilation), a = f.a + h, per_a = one / a, k = f.b * per_a;
+    Real const across = (f.determinant + A::multiply_add(h, f.a + f.c, h * h)) * per_a;
+    Real const ra = one / A::square_root(a), rs = one / A::square_root(across);
+    Vector const minor = splat::detail::cross(f.row1, splat::detail::cross(f.row2, f.row1)); // a v2 - b v1, without the dilation
+    Vector const off = detail::combined<A>(per_a, minor, h * per_a, f.row2);
+    Vector const r1{ra * f.row1.x, ra * f.row1.y, ra * f.row1.z}, r2{rs * off.x, rs * off.y, rs * off.z};
+    Vector const s1 = detail::combined<A>(m.of[gp_xx], r1, m.of[gp_xo], r2), s2 = detail::combined<A>(m.of[gp_xo], r1, m.of[gp_oo], r2);
+    Vector const dv2{rs * s2.x, rs * s2.y, rs * s2.z};
+    Vector const dv1{A::multiply_add(-k, dv2.x, ra * s1.x), A::multiply_add(-k, dv2.y, ra * s1.y), A::multiply_add(-k, dv2.z, ra * s1.z)};
+    Real const by_v = rs * m.of[gp_o], by_u = A::multiply_add(-k, by_v, ra * m.of[gp_x]); // the mean on the screen
+
+    // Log-scales: s1 . r1 + s2 . r2, axis by axis.
+    Real* const log_scale = out.of + places_of(Kind::log_scale).first;
+    log_scale[0] = A::multiply_add(s1.x, r1.x, s2.x * r2.x);
+    log_scale[1] = A::multiply_add(s1.y, r1.y, s2.y * r2.y);
+    log_scale[2] = A::multiply_add(s1.z, r1.z, s2.z * r2.z);
+
+    // Slopes by the axes W R of the Gaussian, in view space, and by the slopes of J.
+    Vector const e1{dv1.x * f.px_per_x * scale.x, dv1.y * f.px_per_x * scale.y, dv1.z * f.px_per_x * scale.z};
+    Vector const e2{dv2.x * f.px_per_y * scale.x, dv2.y * f.px_per_y * scale.y, dv2.z * f.px_per_y * scale.z};
+    Vector const depths{f.axis[0].z, f.axis[1].z, f.axis[2].z};
+    Real const by_jx = -dot(e1, depths) * free_x, by_jy = -dot(e2, depths) * free_y;
+
+    // The mean: through the screen, through J, through the focal lengths over the depth, and its own depth.
+    Real const sizes = log_scale[0] + (log_scale[1] + log_scale[2]);
+    Real const from_u = by_u * f.px_per_x, from_v = by_v * f.px_per_y;
+    detail::ViewSlope<A> const p{A::multiply_add(by_jx, per_z, from_u), A::multiply_add(by_jy, per_z, from_v),
+                                 m.of[w_depth] - A::multiply_add(from_u, sx, from_v * sy) -
+                                     (sizes + A::multiply_add(by_jx, f.jx, by_jy * f.jy)) * per_z};
+    for (std::uint32_t i = 0; i < 3; ++i)
+        out.of[i] = A::multiply_add(A::all(c.rotation[0][i]), p.x, A::multiply_add(A::all(c.rotation[1][i]), p.y,
+            A::all(c.rotation[2][i]) * p.z));
+
+    // The quaternion: slopes by R in world space, then by R(q / |q|); the part along q is 0.
+    Real turn[3][3]; // [row][axis]
+    Real const along_x[3] = {e1.x, e1.y, e1.z}, along_y[3] = {e2.x, e2.y, e2.z};
+    for (std::uint32_t j = 0; j < 3; ++j) {
+        Real const along_z = -A::multiply_add(f.jx, along_x[j], f.jy * along_y[j]);
+        for (std::uint32_t i = 0; i < 3; ++i)
+            turn[i][j] = A::multiply_add(A::all(c.rotation[0][i]), along_x[j],
+                                         A::multiply_add(A::all(c.rotation[1][i]), along_y[j], A::all(c.rotation[2][i]) * along_z));
+    }
+    Real const turn_x = turn[2][1] - turn[1][2], turn_y = turn[0][2] - turn[2][0], turn_z = turn[1][0] - turn[0][1];
+    Real const sxy = turn[0][1] + turn[1][0], sxz = turn[0][2] + turn[2][0], syz = turn[1][2] + turn[2][1];
+    Real q[4] = {two * (qx * turn_x + qy * turn_y + qz * turn_z),
+                 two * (qw * turn_x + qy * sxy + qz * sxz - two * qx * (turn[1][1] + turn[2][2])),
+                 two * (qw * turn_y + qx * sxy + qz * syz - two * qy * (turn[0][0] + turn[2][2])),
+                 two * (qw * turn_z + qx * sxz + qy * syz - two * qz * (turn[0][0] + turn[1][1]))};
+    Real const along = (q[0] * qw + q[1] * qx + q[2] * qy + q[3] * qz) * per_norm;
+    Real const own[4] = {qw, qx, qy, qz};
+    for (std::uint32_t i = 0; i < 4; ++i) out.of[places_of(Kind::rotation).first + i] = (q[i] - along * own[i]) * per_norm;
+
+    // Opacity and colour.
+    out.of[places_of(Kind::logit).first] = m.of[gp] * (one - A::select(g.opacity < one, g.opacity, one));
+    for (std::uint32_t i = 0; i < 3; ++i) out.of[places_of(Kind::colour).first + i] = m.of[w_red + i];
+
+    Real const most = A::all(1e30f);
+    auto sound = A::every(norm > A::all(1e-30f), norm < most, f.a + f.c < A::all(1e18f));
+    for (Real const& v : out.of) sound = A::every(sound, A::magnitude(v) < most); // false for NaN
+    for (Real& v : out.of) v = A::select(sound, v, zero);
+    return sound;
+}
+
+/// The slopes of one record.
+using RecordSlopes = Slopes<splat::detail::OneFloat>;
+
+/// `chain_rule` for a record.
+inline bool slopes_of(Gaussian const& g, View const& view, Moments<splat::detail::OneFloat> const& m, RecordSlopes& out) noexcept
+{
+    splat::detail::GaussianWords<splat::detail::OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
+                                                                      {g.colour[0], g.colour[1], g.colour[2]},
+                                                                      g.opacity,
+                                                                      {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
+                                                                      {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
+    return chain_rule<splat::detail::OneFloat>(words, view, m, out);
+}
+
+}}} // namespace tilemesh::splat::map
+#pragma GCC diagnostic pop
+TILEMESH_EXACT_END
