@@ -1,4 +1,4 @@
-// test: optimised, cost 5
+// test: cost 3
 #include "map_reference.hpp"
 #include "support.hpp"
 #include <algorithm>
