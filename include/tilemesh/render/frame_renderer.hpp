@@ -172,7 +172,9 @@ private:
             frame().routes = facts_.routes ? 1 : 0;
             frame().blooms = facts_.blooms ? 1 : 0;
         }
-        if constexpr (by_reference) cache_.point(frame());
+        // With a bound on hops, or after a loss, a tile may have a record that touched it in no view.
+        bool const regular = !cut_ && options_.hops == 0 && !copies_lost_ && facts_.routes && facts_.blooms;
+        if constexpr (by_reference) cache_.point(frame(), changed && regular);
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
@@ -188,6 +190,7 @@ private:
     void run_again(report::FrameReport& report)
     {
         frame().view_changed = frame().resend_copies = 0;
+        if constexpr (by_reference) cache_.point(frame(), false);
         auto const second = run();
         host_.step([&] { add_second_run(report, second); });
     }

@@ -31,6 +31,12 @@ struct Access {
     {
         return splat::project(record, frame.view, frame.tiling);
     }
+    /// Returns the entry of a stored record in this frame's view. `last`: its entry in the view before.
+    template <class Record>
+    static Splat project_again(Record const& record, Splat const& /*last*/, Parameters const& frame) noexcept
+    {
+        return project(record, frame);
+    }
     /// Returns the frame's parameters for a loop that writes words. A host form returns a copy; without it the compiler would have to
     /// assume that a write changes the addresses in the parameters.
     TILEMESH_KERNEL static Parameters const& hold(Parameters const& frame) noexcept { return frame; }
@@ -41,6 +47,24 @@ struct Access {
     }
     /// Tells the memory that a kernel will ask for an entry's reach soon.
     TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
+    /// Tells the memory that a kernel will change this mark soon.
+    TILEMESH_KERNEL static void about_to_change(Mark const&) noexcept {}
+    /// Tells the memory that a kernel will ask for the depth of an entry soon.
+    TILEMESH_KERNEL static void about_to_order(Parameters const&, Splat const&) noexcept {}
+    /// Tells the memory that a kernel will send this record, and ask for the reach of its entry. `about_to_find`: that it will look for a
+    /// message's record; `about_to_take`: that it will also ask for the reach of this record.
+    template <class Record>
+    TILEMESH_KERNEL static void about_to_send(Parameters const&, Splat const&, Record const&) noexcept
+    {
+    }
+    template <class Message>
+    TILEMESH_KERNEL static void about_to_find(Parameters const&, Message const&) noexcept
+    {
+    }
+    template <class Message>
+    TILEMESH_KERNEL static void about_to_take(Parameters const&, Message const&) noexcept
+    {
+    }
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     /// Returns a function object for blending: called with i, it returns the splat of `keys[i]`.
@@ -67,6 +91,8 @@ struct Access {
                 sides |= Mark::shared(d);
         return {s.anchor, s.visible(), covers(s, frame.tiling, here.tile), sides};
     }
+    /// The anchor of a visible entry.
+    TILEMESH_KERNEL static TileId anchor_of(Parameters const&, Splat const& s) noexcept { return s.anchor; }
     /// Does the entry's splat touch this tile?
     TILEMESH_KERNEL static bool is_here(Here const& here, Parameters const& frame, Splat const& s) noexcept
     {
@@ -77,7 +103,8 @@ struct Access {
     public:
         /// Returns the slot of the message's record, or `no_slot`.
         template <class MarkList, class Message>
-        TILEMESH_KERNEL std::uint32_t slot_of(MarkList const& marks, Splat const*, Message const& message) noexcept
+        TILEMESH_KERNEL std::uint32_t slot_of(Here const&, Parameters const&, MarkList const& marks, Splat const*,
+                                              Message const& message) noexcept
         {
             return find(marks, message.id);
         }
