@@ -115,7 +115,11 @@ struct TableAccess {
     {
         __builtin_prefetch(frame.touched.get() + s.row);
     }
-    TILEMESH_KERNEL static void about_to_change(Mark const& mark) noexcept { __builtin_prefetch(&mark, 1); }
+    template <class M>
+    TILEMESH_KERNEL static void about_to_change(M const& mark) noexcept
+    {
+        __builtin_prefetch(&mark, 1);
+    }
     TILEMESH_KERNEL static void about_to_order(Parameters const& frame, SplatRow s) noexcept
     {
         __builtin_prefetch(frame.depths.get() + s.row);
@@ -209,6 +213,12 @@ struct TableAccess {
     {
         row_state = frame.row_states.get()[s.row];
         return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (row_state & RowState::moved)) == 0;
+    }
+    static constexpr bool knows_what_moved = true;
+    TILEMESH_KERNEL static std::uint32_t moved(Parameters const& frame, SplatRow s) noexcept
+    {
+        static_assert(RowState::moved == 2);
+        return frame.row_states.get()[s.row] >> 1 & 1u;
     }
     TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const& frame, SplatRow s, bool covered,
                                                  std::uint32_t bits) noexcept

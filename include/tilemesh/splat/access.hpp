@@ -48,7 +48,10 @@ struct Access {
     /// Tells the memory that a kernel will ask for an entry's reach soon.
     TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
     /// Tells the memory that a kernel will change this mark soon.
-    TILEMESH_KERNEL static void about_to_change(Mark const&) noexcept {}
+    template <class M>
+    TILEMESH_KERNEL static void about_to_change(M const&) noexcept
+    {
+    }
     /// Tells the memory that a kernel will ask for the depth of an entry soon.
     TILEMESH_KERNEL static void about_to_order(Parameters const&, Splat const&) noexcept {}
     /// Tells the memory that a kernel will send this record, and ask for the reach of its entry. `about_to_find`: that it will look for a
@@ -114,6 +117,9 @@ struct Access {
     /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If yes,
     /// `row_state` is 1 for a visible record. A tile that holds values would have to project the record to know this, so it answers no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
+    /// Does `moved` know which records touch other tiles than in the last view, or have another anchor? It returns 0 or 1.
+    static constexpr bool knows_what_moved = false;
+    TILEMESH_KERNEL static std::uint32_t moved(Parameters const&, Splat const&) noexcept { return 1; }
     /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t) noexcept

@@ -132,7 +132,7 @@ inline constexpr std::uint32_t short_tail = 4;
 inline constexpr std::uint32_t fewest_by_digits = 96;
 /// Insertion sort waits for a wrongly predicted branch at every key that is less than the one before it. If more than this share of the keys
 /// is, sorting by digits costs less.
-inline constexpr std::uint32_t keys_a_descent = 8;
+inline constexpr std::uint32_t keys_a_descent = 5;
 
 /// Sorts n keys by two digits of their depths, the lower digit first (LSD radix sort), and then by insertion. `spare`: room for n keys,
 /// outside the keys. The digits are the 16 bits below the highest one in which the depths differ, so keys with equal digits are few. If
@@ -249,17 +249,28 @@ struct DepthSort {
                 }
         }
         order.truncate(kept);
-        for (std::uint32_t i = 0; i < n; ++i) {
-            std::uint32_t const bits = marks[i].bits;
-            if constexpr (S::routes || S::blooms) {
-                if (parts && (bits & Mark::listed) != 0) {
-                    marks[i].bits = bits & ~Mark::listed;
-                    continue;
+        auto const add = [&](std::uint32_t slot, std::uint32_t bits) noexcept {
+            if (std::uint32_t const depth = depth_here(slot, bits); depth != 0) order.unchecked_push({depth, marks[slot].id, slot});
+        };
+        if constexpr (S::routes || S::blooms) {
+            if (parts) {
+                for (std::uint32_t begin = 0; begin < n;) {
+                    std::uint32_t const end = n - begin < 16 ? n : begin + 16;
+                    std::uint32_t listed = Mark::listed;
+                    for (std::uint32_t i = begin; i < end; ++i) listed &= marks[i].bits;
+                    if (listed == 0)
+                        for (std::uint32_t i = begin; i < end; ++i) {
+                            std::uint32_t const bits = marks[i].bits;
+                            if ((bits & Mark::listed) != 0) continue;
+                            copies += (bits & Mark::copy) != 0 ? 1 : 0;
+                            add(i, bits);
+                        }
+                    for (; begin < end; ++begin) marks[begin].bits &= ~Mark::listed;
                 }
-                copies += (bits & Mark::copy) != 0 ? 1 : 0;
             }
-            if (std::uint32_t const depth = depth_here(i, bits); depth != 0) order.unchecked_push({depth, marks[i].id, i});
         }
+        if (!parts)
+            for (std::uint32_t i = 0; i < n; ++i) add(i, marks[i].bits);
         counts.copies = copies;
         detail::repair(order.begin(), kept, order.size(), order.capacity());
     }
