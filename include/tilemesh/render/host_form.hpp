@@ -214,11 +214,15 @@ struct TableAccess {
         row_state = frame.row_states.get()[s.row];
         return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (row_state & RowState::moved)) == 0;
     }
-    static constexpr bool knows_what_moved = true;
+    TILEMESH_KERNEL static bool knows_what_moved(Parameters const& frame) noexcept { return frame.before.get() != nullptr; }
     TILEMESH_KERNEL static std::uint32_t moved(Parameters const& frame, SplatRow s) noexcept
     {
         static_assert(RowState::moved == 2);
         return frame.row_states.get()[s.row] >> 1 & 1u;
+    }
+    TILEMESH_KERNEL static std::uint32_t was_visible(Parameters const& frame, SplatRow s, std::uint32_t visible) noexcept
+    {
+        return (frame.row_states.get()[s.row] & RowState::appeared) != 0 ? 1u - visible : visible;
     }
     TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const& frame, SplatRow s, bool covered,
                                                  std::uint32_t bits) noexcept

@@ -117,9 +117,11 @@ struct Access {
     /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If yes,
     /// `row_state` is 1 for a visible record. A tile that holds values would have to project the record to know this, so it answers no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
-    /// Does `moved` know which records touch other tiles than in the last view, or have another anchor? It returns 0 or 1.
-    static constexpr bool knows_what_moved = false;
+    /// Does the host know what moved since the last view, and did no frame leave records under way? Then `moved` is 1 for a record that
+    /// touches other tiles or has another anchor, otherwise 0; and `was_visible` says whether it was visible. `visible`: it is now.
+    TILEMESH_KERNEL static constexpr bool knows_what_moved(Parameters const&) noexcept { return false; }
     TILEMESH_KERNEL static std::uint32_t moved(Parameters const&, Splat const&) noexcept { return 1; }
+    TILEMESH_KERNEL static std::uint32_t was_visible(Parameters const&, Splat const&, std::uint32_t visible) noexcept { return visible; }
     /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t) noexcept

@@ -40,15 +40,16 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
     std::uint32_t visible = 0, parked = 0, kept = 0;
     [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
     std::uint32_t const held = storage.size();
-    // If nothing waits since the last frame, no mark says that a slot has something to do, and the anchored records, which all were visible,
-    // are those that are no copies. Then the tile need not look at its marks.
-    bool const rested = Access::knows_what_moved && routes && !forget && last.pending.leaving == 0 && last.pending.owing == 0 && last.bloomed &&
-                        last.counts.parked == 0 && last.counts.changes == 0 && S::Saturation::holds_in(frame);
+    // If nothing waits since the last frame, no mark says that a slot has something to do, and the anchored records are those that are no
+    // copies. Then the tile need not look at its marks: it counts the changes.
+    bool const rested = Access::knows_what_moved(frame) && routes && !forget && last.pending.leaving == 0 && last.pending.owing == 0 &&
+                        last.bloomed && last.counts.changes == 0 && S::Saturation::holds_in(frame);
     if (!rested) Access::about_to_read(marks);
     // From the last slot to the first, a few at a time: first collect the slots that have something to do, without a branch that depends on
     // a record; then do it. Removing a slot moves the last slot to its place, and that one has been updated.
     constexpr std::uint32_t at_once = 64;
-    std::uint32_t slots[2 * at_once], own_slots = 0;
+    std::uint32_t slots[2 * at_once];
+    std::uint32_t own_before = 0, visible_before = 0; // of the anchored records that are looked at
     for (std::uint32_t end = held; end != 0;) {
         std::uint32_t n = 0;
         while (end != 0 && n <= at_once) {
@@ -120,13 +121,18 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 std::uint32_t const shows = r.visible ? 1u : 0u;
                 visible += shows;
                 parked += 1u - shows;
-                ++own_slots;
+                ++own_before;
+                visible_before += Access::was_visible(frame, entry, shows);
             }
             if constexpr (S::routes || S::blooms)
                 if (routes || blooms) marks[i].bits = bits;
         }
     }
-    if (rested) visible += held - last.counts.copies - own_slots;
+    if (rested) {
+        std::uint32_t const others_parked = last.counts.parked - (own_before - visible_before);
+        parked += others_parked;
+        visible += held - last.counts.copies - own_before - others_parked;
+    }
     counts.visible = visible;
     counts.parked = parked;
     counts.projected = held - kept;
