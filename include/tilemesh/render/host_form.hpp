@@ -101,7 +101,7 @@ struct RowsInOrder {
 template <class Parameters>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Parameters const&) noexcept { return {g.row}; }
-    TILEMESH_KERNEL static SplatRow project_again(Reference const&, SplatRow last, Parameters const&) noexcept { return last; }
+    static constexpr bool entries_last = true;
     TILEMESH_KERNEL static Parameters hold(Parameters const& frame) noexcept { return frame; }
     /// Prefetches all lines of the list at once into the host's caches. The lists of a tile are short, and far away from those of the
     /// previous tile. Without the prefetch the processor would wait for one line after the other.

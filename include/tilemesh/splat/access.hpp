@@ -31,12 +31,8 @@ struct Access {
     {
         return splat::project(record, frame.view, frame.tiling);
     }
-    /// Returns the entry of a stored record in this frame's view. `last`: its entry in the view before.
-    template <class Record>
-    static Splat project_again(Record const& record, Splat const& /*last*/, Parameters const& frame) noexcept
-    {
-        return project(record, frame);
-    }
+    /// Is the entry of a stored record the same in every view?
+    static constexpr bool entries_last = false;
     /// Returns the frame's parameters for a loop that writes words. A host form returns a copy; without it the compiler would have to
     /// assume that a write changes the addresses in the parameters.
     TILEMESH_KERNEL static Parameters const& hold(Parameters const& frame) noexcept { return frame; }

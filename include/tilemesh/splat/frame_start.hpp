@@ -91,7 +91,12 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 continue;
             }
             [[maybe_unused]] std::uint32_t bits = marks[i].bits;
-            auto const entry = Access::project_again(storage[i], splats[i], frame);
+            auto const entry = [&]() noexcept {
+                if constexpr (Access::entries_last)
+                    return splats[i]; // without a look at the record
+                else
+                    return Access::project(storage[i], frame);
+            }();
             Reach const r = Access::reach(here, frame, entry);
             if (copy && !r.here) {
                 remove_slot(storage, marks, splats, i);
