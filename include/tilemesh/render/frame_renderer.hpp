@@ -172,8 +172,10 @@ private:
             frame().routes = facts_.routes ? 1 : 0;
             frame().blooms = facts_.blooms ? 1 : 0;
         }
-        // With a bound on hops, or after a loss, a tile may have a record that touched it in no view.
-        bool const regular = !cut_ && options_.hops == 0 && !copies_lost_ && facts_.routes && facts_.blooms;
+        // With a bound on hops, after a loss, or where a record with a full channel ahead becomes one of the tile's own (`Drop`), a tile may
+        // have a record or a copy that did not touch it in the view before.
+        bool const regular =
+            !cut_ && options_.hops == 0 && !copies_lost_ && facts_.routes && facts_.blooms && facts_.policies.holds != 0;
         if constexpr (by_reference) cache_.point(frame(), changed && regular);
     }
 

@@ -76,8 +76,8 @@ private:
         for (std::uint32_t k = 0; k < n; ++k) {
             auto const& s = splats_[moved[k]];
             auto const& old = touched_[moved[k]];
-            // A record that was not visible lies on any tile. It may leave a copy there.
-            before_[moved[k]] = old.visible != 0 ? splat::TileSpan{old.first, old.last} : splat::TileSpan::all();
+            // A record that was not visible lies on any tile, and so do all records before the first view. They may leave copies there.
+            before_[moved[k]] = old.visible != 0 && !first_view ? splat::TileSpan{old.first, old.last} : splat::TileSpan::all();
             if (!s.visible()) {
                 touched_[moved[k]] = {};
                 continue;
