@@ -299,17 +299,43 @@ TEST_CASE("lookup: rows of a table are found among any number of records, before
         std::vector<SplatRow> rows;
         for (std::uint32_t i = 0; i < n; ++i) rows.push_back({7 * i});
         Access<TableParameters>::Lookup lookup;
+        Here const here{TileId::at(0, 0), Grid{1, 1}};
+        TableParameters const frame{};
         bool right = true;
         for (std::uint32_t k = 0; k < 60; ++k) {
             auto const have = static_cast<std::uint32_t>(rows.size());
             std::uint32_t const row = 7 * (k * 37 % 1100); // now and then one of the table
-            auto const at = lookup.slot_of(Marks{have}, rows.data(), Reference{GaussianId{k}, row});
+            auto const at = lookup.slot_of(here, frame, Marks{have}, rows.data(), Reference{GaussianId{k}, row});
             auto const is = std::find_if(rows.begin(), rows.end(), [&](SplatRow s) { return s.row == row; });
             right = right && at == (is == rows.end() ? no_slot : static_cast<std::uint32_t>(is - rows.begin()));
             lookup.add({7 * k + 1}); // a record that comes in the same pass
             rows.push_back({7 * k + 1});
-            right = right && lookup.slot_of(Marks{have + 1}, rows.data(), Reference{GaussianId{k}, 7 * k + 1}) == have;
+            right = right && lookup.slot_of(here, frame, Marks{have + 1}, rows.data(), Reference{GaussianId{k}, 7 * k + 1}) == have;
         }
         CHECK(right);
     }
+}
+
+TEST_CASE("lookup: a record that moved is only on tiles of the span where it was; others need no search")
+{
+    struct Marks {
+        std::uint32_t size() const { return 1; }
+    };
+    SplatRow const rows[] = {{1}};
+    Reference const message{GaussianId{5}, 1};
+    TileSpan const spans[] = {TileSpan::all(), {TileId::at(2, 3), TileId::at(4, 3)}};
+    std::uint8_t states[] = {0, RowState::visible | RowState::moved};
+    TableParameters frame{};
+    frame.row_states = HostPointer<std::uint8_t const>(states);
+    auto const found = [&](std::uint32_t x, std::uint32_t y) {
+        Access<TableParameters>::Lookup lookup;
+        return lookup.slot_of({TileId::at(x, y), Grid{8, 8}}, frame, Marks{}, rows, message) == 0;
+    };
+    CHECK(found(0, 0)); // nothing is known
+    frame.before = HostPointer<TileSpan const>(spans);
+    for (std::uint32_t y = 0; y < 8; ++y)
+        for (std::uint32_t x = 0; x < 8; ++x) CHECK(found(x, y) == (y == 3 && x >= 2 && x <= 4));
+    states[1] = RowState::visible; // the span of a record that did not move is an old one
+    CHECK(found(0, 0));
+    CHECK(TileSpan::all().has(TileId::at(0xffff, 0xffff)));
 }

@@ -1,6 +1,8 @@
 // test: without tsan
 // Searches in lists of one or two words, against a loop.
+#include <cstddef>
 #include <doctest/doctest.h>
+#include <iterator>
 #include <random>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/search.hpp>
@@ -19,11 +21,35 @@ std::uint32_t first_by_loop(std::vector<std::uint32_t> const& words, std::uint32
         if (words[i] == word) return i;
     return no_slot;
 }
-std::uint32_t last_by_loop(std::vector<std::uint32_t> const& words, std::uint32_t n, std::uint32_t bits)
+std::vector<std::uint32_t> all_by_loop(std::vector<std::uint32_t> const& words, std::uint32_t bits)
 {
-    for (std::uint32_t i = n; i-- > 0;)
-        if ((words[i] & bits) != 0) return i;
-    return no_slot;
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t i = 0; i < words.size(); ++i)
+        if ((words[i] & bits) != 0) all.push_back(i);
+    return all;
+}
+/// All numbers that calls with room for `most` list, one call after the other. A call that lists none, and does not end, would go on for ever.
+std::vector<std::uint32_t> listed_up(std::vector<Mark> const& marks, std::uint32_t n, std::uint32_t bits, std::uint32_t most)
+{
+    std::vector<std::uint32_t> all, some(most);
+    std::uint32_t calls = 0;
+    for (std::uint32_t at = 0; at < n && calls <= n; ++calls) {
+        auto const k = list_up_with_bits(marks.data(), at, n, bits, some.data(), most);
+        all.insert(all.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    CHECK(calls <= n);
+    return all;
+}
+std::vector<std::uint32_t> listed_down(std::vector<Mark> const& marks, std::uint32_t n, std::uint32_t bits, std::uint32_t most)
+{
+    std::vector<std::uint32_t> all, some(most);
+    std::uint32_t calls = 0;
+    for (std::uint32_t end = n; end != 0 && calls <= n; ++calls) {
+        auto const k = list_down_with_bits(marks.data(), end, bits, some.data(), most);
+        all.insert(all.begin(), std::make_reverse_iterator(some.begin() + static_cast<std::ptrdiff_t>(k)), some.rend());
+    }
+    CHECK(calls <= n);
+    return all;
 }
 } // namespace
 
@@ -42,11 +68,13 @@ TEST_CASE("search: every place in lists of every size to 70, and none")
             CHECK(first_with_word(marks.data(), n, 9) == expected);
             for (auto& mark : marks) mark = {GaussianId{0xffffffffu}, 1};
             marks[at].bits = 0x80000001u;
-            CHECK(last_with_bits(marks.data(), n, 0x80000000u) == expected);
+            auto const numbers = at < n ? std::vector<std::uint32_t>{at} : std::vector<std::uint32_t>{};
+            CHECK(listed_up(marks, n, 0x80000000u, fewest_listed) == numbers);
+            CHECK(listed_down(marks, n, 0x80000000u, fewest_listed) == numbers);
         }
 }
 
-TEST_CASE("search: the first and the last of several, random lists")
+TEST_CASE("search: the first and all of several, random lists")
 {
     std::mt19937 random(5);
     for (std::uint32_t round = 0; round < 2000; ++round) {
@@ -61,6 +89,8 @@ TEST_CASE("search: the first and the last of several, random lists")
         auto const word = static_cast<std::uint32_t>(random() % kinds), wanted = 1u << random() % 32 | 1u << random() % 32;
         CHECK(first_with_word(words.data(), n, word) == first_by_loop(words, n, word));
         CHECK(first_with_word(marks.data(), n, word) == first_by_loop(words, n, word));
-        CHECK(last_with_bits(marks.data(), n, wanted) == last_by_loop(bits, n, wanted));
+        auto const most = fewest_listed + static_cast<std::uint32_t>(random() % 50);
+        CHECK(listed_up(marks, n, wanted, most) == all_by_loop(bits, wanted));
+        CHECK(listed_down(marks, n, wanted, most) == all_by_loop(bits, wanted));
     }
 }

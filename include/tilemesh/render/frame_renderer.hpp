@@ -172,7 +172,11 @@ private:
             frame().routes = facts_.routes ? 1 : 0;
             frame().blooms = facts_.blooms ? 1 : 0;
         }
-        if constexpr (by_reference) cache_.point(frame());
+        // With a bound on hops, after a loss, or where a record with a full channel ahead becomes one of the tile's own (`Drop`), a tile may
+        // have a record or a copy that did not touch it in the view before.
+        bool const regular =
+            !cut_ && options_.hops == 0 && !copies_lost_ && facts_.routes && facts_.blooms && facts_.policies.holds != 0;
+        if constexpr (by_reference) cache_.point(frame(), changed && regular);
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
@@ -188,6 +192,7 @@ private:
     void run_again(report::FrameReport& report)
     {
         frame().view_changed = frame().resend_copies = 0;
+        if constexpr (by_reference) cache_.point(frame(), false);
         auto const second = run();
         host_.step([&] { add_second_run(report, second); });
     }

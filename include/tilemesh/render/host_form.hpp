@@ -59,6 +59,16 @@ struct TouchedTiles {
     std::uint32_t visible; ///< 0 or 1
 };
 
+/// The tiles on which a record, or a copy of it, may have been when a view began: from the first to the last.
+struct TileSpan {
+    TileId first, last;
+    static constexpr TileSpan all() noexcept { return {TileId::at(0, 0), TileId::at(0xffff, 0xffff)}; }
+    constexpr bool has(TileId t) const noexcept
+    {
+        return t.x() >= first.x() && t.x() <= last.x() && t.y() >= first.y() && t.y() <= last.y();
+    }
+};
+
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
@@ -67,6 +77,8 @@ struct TableParameters : FrameParameters {
     HostPointer<TouchedTiles const> touched;
     HostPointer<std::uint8_t const> row_states;
     HostPointer<std::uint32_t const> depths; ///< bits of the depth as a float
+    /// Valid for rows that moved: outside of this span, no tile had the record or a copy when this view began. A null pointer: unknown.
+    HostPointer<TileSpan const> before;
     /// By tiles: 0 if the tile's pixels show its splats in this frame (render/kept_pixels.hpp). A null pointer: every tile composites.
     HostPointer<std::uint8_t> stale;
 };
@@ -89,6 +101,7 @@ struct RowsInOrder {
 template <class Parameters>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Parameters const&) noexcept { return {g.row}; }
+    static constexpr bool entries_last = true;
     TILEMESH_KERNEL static Parameters hold(Parameters const& frame) noexcept { return frame; }
     /// Prefetches all lines of the list at once into the host's caches. The lists of a tile are short, and far away from those of the
     /// previous tile. Without the prefetch the processor would wait for one line after the other.
@@ -102,7 +115,32 @@ struct TableAccess {
     {
         __builtin_prefetch(frame.touched.get() + s.row);
     }
+    template <class M>
+    TILEMESH_KERNEL static void about_to_change(M const& mark) noexcept
+    {
+        __builtin_prefetch(&mark, 1);
+    }
+    TILEMESH_KERNEL static void about_to_order(Parameters const& frame, SplatRow s) noexcept
+    {
+        __builtin_prefetch(frame.depths.get() + s.row);
+    }
+    template <class Record>
+    TILEMESH_KERNEL static void about_to_send(Parameters const& frame, SplatRow s, Record const& record) noexcept
+    {
+        __builtin_prefetch(frame.touched.get() + s.row);
+        __builtin_prefetch(&record);
+    }
+    TILEMESH_KERNEL static void about_to_take(Parameters const& frame, Reference const& message) noexcept
+    {
+        __builtin_prefetch(frame.touched.get() + message.row);
+        about_to_find(frame, message);
+    }
+    TILEMESH_KERNEL static void about_to_find(Parameters const& frame, Reference const& message) noexcept
+    {
+        if (TileSpan const* const before = frame.before.get(); before != nullptr) __builtin_prefetch(before + message.row);
+    }
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static TileId anchor_of(Parameters const& frame, SplatRow s) noexcept { return frame.touched.get()[s.row].anchor; }
     TILEMESH_KERNEL static RowsInOrder in_order(Parameters const& frame, SplatRow const* rows, SortKey const* keys) noexcept
     {
         return {frame.splats.get(), rows, keys};
@@ -126,13 +164,17 @@ struct TableAccess {
     {
         return reach(here, frame, s).here;
     }
-    /// Compares rows, not ids: it reads four bytes per slot instead of eight. Most messages bring a record that the tile does not have. From
-    /// the search on that makes it worth while, a set of hashed rows answers for these: a row whose bit is not set is not on the tile.
+    /// Compares rows, not ids: it reads four bytes per slot instead of eight. Most messages bring a record that the tile does not have. If the
+    /// record did not touch the tile in the view before, the host's table says so. From the search on that makes it worth while, a set of
+    /// hashed rows answers for the others: a row whose bit is not set is not on the tile.
     class Lookup {
     public:
         template <class MarkList>
-        std::uint32_t slot_of(MarkList const& marks, SplatRow const* splats, Reference const& message) noexcept
+        std::uint32_t slot_of(Here const& here, Parameters const& frame, MarkList const& marks, SplatRow const* splats,
+                              Reference const& message) noexcept
         {
+            if (TileSpan const* const before = frame.before.get(); before != nullptr)
+                if ((frame.row_states.get()[message.row] & RowState::moved) != 0 && !before[message.row].has(here.tile)) return no_slot;
             std::uint32_t const n = marks.size();
             if (searches_ == searches_before_a_set && n >= fewest_rows) {
                 for (auto& word : set_) word = 0;
@@ -171,6 +213,16 @@ struct TableAccess {
     {
         row_state = frame.row_states.get()[s.row];
         return ((bits & (Mark::refused_any | Mark::leaving | Mark::owes)) | (row_state & RowState::moved)) == 0;
+    }
+    TILEMESH_KERNEL static bool knows_what_moved(Parameters const& frame) noexcept { return frame.before.get() != nullptr; }
+    TILEMESH_KERNEL static std::uint32_t moved(Parameters const& frame, SplatRow s) noexcept
+    {
+        static_assert(RowState::moved == 2);
+        return frame.row_states.get()[s.row] >> 1 & 1u;
+    }
+    TILEMESH_KERNEL static std::uint32_t was_visible(Parameters const& frame, SplatRow s, std::uint32_t visible) noexcept
+    {
+        return (frame.row_states.get()[s.row] & RowState::appeared) != 0 ? 1u - visible : visible;
     }
     TILEMESH_KERNEL static bool coverage_changed(Here const&, Parameters const& frame, SplatRow s, bool covered,
                                                  std::uint32_t bits) noexcept

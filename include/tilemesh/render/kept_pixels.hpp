@@ -14,7 +14,7 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 ///
 /// A tile's pixels and its counters of pairs follow from the tile's list of splats and from the frame's parameters. A tile keeps both if
 /// - every byte of the parameters (view with camera and rules of the picture, tiling, rules of the setup, addresses of the table) is that of
-///   the last run. The parameters are compared byte by byte, except the three flags that only projection, routing and bloom read; and
+///   the last run. The parameters are compared byte by byte, except the three flags and the address that only projection, routing and bloom read; and
 /// - the tile's list did not change since: `Counts::changes` was 0 when DepthSort looked. Whoever changes the slots of a tile counts that, so
 ///   DepthSort already relies on it.
 /// Nothing is hashed. In an unchanged view, a tile composites if a record came or left, also if the record that left did not touch the tile.
@@ -41,6 +41,7 @@ public:
         frame.stale = splat::HostPointer<std::uint8_t>(stale_.data());
         auto now = frame;
         now.view_changed = now.resend_copies = now.readdress = 0;
+        now.before = {};
         bool const same = shown_ && std::memcmp(&*shown_, &now, sizeof now) == 0;
         for (auto& tile : stale_) tile = same ? 0 : 1; // DepthSort sets it for tiles whose list changes
         shown_ = now;

@@ -31,6 +31,8 @@ struct Access {
     {
         return splat::project(record, frame.view, frame.tiling);
     }
+    /// Is the entry of a stored record the same in every view?
+    static constexpr bool entries_last = false;
     /// Returns the frame's parameters for a loop that writes words. A host form returns a copy; without it the compiler would have to
     /// assume that a write changes the addresses in the parameters.
     TILEMESH_KERNEL static Parameters const& hold(Parameters const& frame) noexcept { return frame; }
@@ -41,6 +43,27 @@ struct Access {
     }
     /// Tells the memory that a kernel will ask for an entry's reach soon.
     TILEMESH_KERNEL static void about_to_reach(Parameters const&, Splat const&) noexcept {}
+    /// Tells the memory that a kernel will change this mark soon.
+    template <class M>
+    TILEMESH_KERNEL static void about_to_change(M const&) noexcept
+    {
+    }
+    /// Tells the memory that a kernel will ask for the depth of an entry soon.
+    TILEMESH_KERNEL static void about_to_order(Parameters const&, Splat const&) noexcept {}
+    /// Tells the memory that a kernel will send this record, and ask for the reach of its entry. `about_to_find`: that it will look for a
+    /// message's record; `about_to_take`: that it will also ask for the reach of this record.
+    template <class Record>
+    TILEMESH_KERNEL static void about_to_send(Parameters const&, Splat const&, Record const&) noexcept
+    {
+    }
+    template <class Message>
+    TILEMESH_KERNEL static void about_to_find(Parameters const&, Message const&) noexcept
+    {
+    }
+    template <class Message>
+    TILEMESH_KERNEL static void about_to_take(Parameters const&, Message const&) noexcept
+    {
+    }
     /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     /// Returns a function object for blending: called with i, it returns the splat of `keys[i]`.
@@ -67,6 +90,8 @@ struct Access {
                 sides |= Mark::shared(d);
         return {s.anchor, s.visible(), covers(s, frame.tiling, here.tile), sides};
     }
+    /// The anchor of a visible entry.
+    TILEMESH_KERNEL static TileId anchor_of(Parameters const&, Splat const& s) noexcept { return s.anchor; }
     /// Does the entry's splat touch this tile?
     TILEMESH_KERNEL static bool is_here(Here const& here, Parameters const& frame, Splat const& s) noexcept
     {
@@ -77,7 +102,8 @@ struct Access {
     public:
         /// Returns the slot of the message's record, or `no_slot`.
         template <class MarkList, class Message>
-        TILEMESH_KERNEL std::uint32_t slot_of(MarkList const& marks, Splat const*, Message const& message) noexcept
+        TILEMESH_KERNEL std::uint32_t slot_of(Here const&, Parameters const&, MarkList const& marks, Splat const*,
+                                              Message const& message) noexcept
         {
             return find(marks, message.id);
         }
@@ -87,6 +113,11 @@ struct Access {
     /// Is there nothing to do for a slot with these mark bits, because its record touches the same tiles as in the last view? If yes,
     /// `row_state` is 1 for a visible record. A tile that holds values would have to project the record to know this, so it answers no.
     TILEMESH_KERNEL static bool is_settled(Parameters const&, Splat const&, std::uint32_t, std::uint32_t&) noexcept { return false; }
+    /// Does the host know what moved since the last view, and did no frame leave records under way? Then `moved` is 1 for a record that
+    /// touches other tiles or has another anchor, otherwise 0; and `was_visible` says whether it was visible. `visible`: it is now.
+    TILEMESH_KERNEL static constexpr bool knows_what_moved(Parameters const&) noexcept { return false; }
+    TILEMESH_KERNEL static std::uint32_t moved(Parameters const&, Splat const&) noexcept { return 1; }
+    TILEMESH_KERNEL static std::uint32_t was_visible(Parameters const&, Splat const&, std::uint32_t visible) noexcept { return visible; }
     /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t) noexcept

@@ -44,10 +44,23 @@ struct Bloom {
         bool waiting = owed_copies.open != 0 || (owed_copies.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
         typename Access::Lookup lookup;
-        for (Direction d : news)
-            for (auto const& message : in[d]) {
-                if (stale) break;
-                auto i = lookup.slot_of(marks, splats.begin(), message);
+        // A few at a time, so that the host's memory answers for several at once: first look for the records, then use what was found. A
+        // tile has one parent in a record's tree, so no two messages of a pass bring one record.
+        constexpr std::uint32_t at_once = 16;
+        std::uint32_t slots[4 * at_once];
+        for (Direction d : news) {
+            std::uint32_t const arrived = stale ? 0 : in[d].size();
+            for (std::uint32_t k = 0; k < arrived && k < at_once; ++k) Access::about_to_take(*frame, in[d][k]);
+            for (std::uint32_t k = 0; k < arrived; ++k) {
+                auto const& message = in[d][k];
+                if (k % at_once == 0)
+                    for (std::uint32_t j = k; j < arrived && j < k + at_once; ++j) {
+                        if (j + at_once < arrived) Access::about_to_take(*frame, in[d][j + at_once]);
+                        std::uint32_t const slot = lookup.slot_of(here, *frame, marks, splats.begin(), in[d][j]);
+                        if (slot != no_slot) Access::about_to_change(marks[slot]);
+                        slots[j - k] = slot;
+                    }
+                std::uint32_t i = slots[k % at_once];
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
                     counts.projected += reusable ? 1 : 0;
@@ -71,9 +84,15 @@ struct Bloom {
                     open += send_owed(i, r) ? 1 : 0;
                 }
             }
-        if (waiting)
-            for (std::uint32_t i = 0, n = storage.size(); i < n; ++i)
-                if (marks[i].is(Mark::owes)) open += send_owed(i, Access::reach(here, *frame, splats[i])) ? 1 : 0;
+        }
+        if (waiting) {
+            for (std::uint32_t at = 0, n = storage.size(); at < n;) {
+                std::uint32_t const owing = list_up_with_bits(marks.begin(), at, n, Mark::owes, slots, 4 * at_once);
+                for (std::uint32_t k = 0; k < owing; ++k) Access::about_to_send(*frame, splats[slots[k]], storage[slots[k]]);
+                for (std::uint32_t k = 0; k < owing; ++k)
+                    open += send_owed(slots[k], Access::reach(here, *frame, splats[slots[k]])) ? 1 : 0;
+            }
+        }
         owed_copies = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
     }

@@ -128,11 +128,15 @@ inline constexpr std::uint32_t moves_a_key = 8;
 /// A tail of at most this length is inserted. Sorting and merging it would go through all keys once more.
 inline constexpr std::uint32_t short_tail = 4;
 
-/// Fewer keys are sorted by comparisons: a pass over the digits costs as much as a few hundred keys.
-inline constexpr std::uint32_t fewest_by_digits = 256;
+/// Fewer keys are sorted by comparisons: to clear and to add up the digits' counts costs as much as to sort some hundred keys.
+inline constexpr std::uint32_t fewest_by_digits = 96;
+/// Insertion sort waits for a wrongly predicted branch at every key that is less than the one before it. If more than this share of the keys
+/// is, sorting by digits costs less.
+inline constexpr std::uint32_t keys_a_descent = 5;
 
-/// Sorts n keys by digits of their depths, the lowest digit first (LSD radix sort), then by id where depths are equal. `spare`: room for n
-/// keys, outside the keys. It takes only the digits in which the depths differ: two or three, because the depths of a tile are close.
+/// Sorts n keys by two digits of their depths, the lower digit first (LSD radix sort), and then by insertion. `spare`: room for n keys,
+/// outside the keys. The digits are the 16 bits below the highest one in which the depths differ, so keys with equal digits are few. If
+/// they are many, introsort sorts them. At most O(n log n).
 template <class Key>
 void sort_by_digits(Key* keys, std::uint32_t n, Key* spare) noexcept
 {
@@ -143,23 +147,21 @@ void sort_by_digits(Key* keys, std::uint32_t n, Key* spare) noexcept
         lowest = depth < lowest ? depth : lowest;
         highest = depth > highest ? depth : highest;
     }
-    Key *from = keys, *to = spare;
-    for (std::uint32_t shift = 0; shift < 32 && n != 0 && (highest - lowest) >> shift != 0; shift += bits) {
-        auto const digit = [=](Key const& key) noexcept { return (key.depth_bits - lowest) >> shift & (digits - 1); };
-        std::uint32_t places[digits] = {}, next = 0;
-        for (std::uint32_t i = 0; i < n; ++i) ++places[digit(from[i])];
-        for (std::uint32_t& place : places) {
-            std::uint32_t const count = place;
-            place = next;
-            next += count;
+    std::uint32_t shift = 0;
+    while (n != 0 && (highest - lowest) >> shift >> bits >> bits != 0) ++shift;
+    auto const digit = [=](Key const& key, std::uint32_t d) noexcept { return (key.depth_bits - lowest) >> (shift + d * bits) & (digits - 1); };
+    std::uint32_t places[2][digits] = {}, next[2] = {};
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t d = 0; d < 2; ++d) ++places[d][digit(keys[i], d)];
+    for (std::uint32_t v = 0; v < digits; ++v)
+        for (std::uint32_t d = 0; d < 2; ++d) {
+            std::uint32_t const count = places[d][v];
+            places[d][v] = next[d];
+            next[d] += count;
         }
-        for (std::uint32_t i = 0; i < n; ++i) to[places[digit(from[i])]++] = from[i];
-        Key* const sorted = to;
-        to = from;
-        from = sorted;
-    }
-    for (std::uint32_t i = 0; i < n && from != keys; ++i) keys[i] = from[i];
-    if (!insertion_sort(keys, n, moves_a_key)) intro_sort(keys, n); // many equal depths, and ids out of order
+    for (std::uint32_t i = 0; i < n; ++i) spare[places[0][digit(keys[i], 0)]++] = keys[i];
+    for (std::uint32_t i = 0; i < n; ++i) keys[places[1][digit(spare[i], 1)]++] = spare[i];
+    if (!insertion_sort(keys, n, moves_a_key)) intro_sort(keys, n);
 }
 /// Sorts n keys in any order, in a buffer of `room` keys. At most O(n log n).
 template <class Key>
@@ -177,6 +179,14 @@ void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room
 {
     std::uint32_t const tail = n - listed;
     bool const insert = tail <= short_tail;
+    if (n >= fewest_by_digits && n <= room - n) {
+        std::uint32_t descents = tail;
+        for (std::uint32_t i = 1; i < listed; ++i) descents += keys[i].depth_bits < keys[i - 1].depth_bits ? 1 : 0;
+        if (descents * keys_a_descent > n) {
+            sort_by_digits(keys, n, keys + n);
+            return;
+        }
+    }
     bool const fits = insert || (tail <= room - n && tail < listed);
     if (!fits || !insertion_sort(keys, insert ? n : listed, moves_a_key + (insert ? tail : 0))) {
         sort_all(keys, n, room);
@@ -219,12 +229,16 @@ struct DepthSort {
             if ((bits & (Mark::leaving | Mark::copy)) == Mark::leaving) return Access::is_here(here, frame, splats[slot]) ? depth : 0u;
             return depth;
         };
+        constexpr std::uint32_t ahead = 16; // keys: the host's memory answers that late
         std::uint32_t kept = 0, copies = 0;
         [[maybe_unused]] bool const parts = routes_in<S>(frame) || blooms_in<S>(frame);
         if constexpr (S::routes || S::blooms) {
             if (parts)
-                for (SortKey const& key : order) {
+                for (std::uint32_t k = 0, keys = order.size(); k < keys; ++k) {
+                    SortKey const key = order[k];
                     std::uint32_t const slot = key.slot;
+                    if (k + ahead < keys)
+                        if (std::uint32_t const later = order[k + ahead].slot; later < n) Access::about_to_order(frame, splats[later]);
                     if (slot >= n) continue;
                     std::uint32_t const bits = marks[slot].bits, depth = depth_here(slot, bits);
                     std::uint32_t const stays = marks[slot].id == key.id && depth != 0 ? 1u : 0u;
@@ -235,17 +249,28 @@ struct DepthSort {
                 }
         }
         order.truncate(kept);
-        for (std::uint32_t i = 0; i < n; ++i) {
-            std::uint32_t const bits = marks[i].bits;
-            if constexpr (S::routes || S::blooms) {
-                if (parts && (bits & Mark::listed) != 0) {
-                    marks[i].bits = bits & ~Mark::listed;
-                    continue;
+        auto const add = [&](std::uint32_t slot, std::uint32_t bits) noexcept {
+            if (std::uint32_t const depth = depth_here(slot, bits); depth != 0) order.unchecked_push({depth, marks[slot].id, slot});
+        };
+        if constexpr (S::routes || S::blooms) {
+            if (parts) {
+                for (std::uint32_t begin = 0; begin < n;) {
+                    std::uint32_t const end = n - begin < 16 ? n : begin + 16;
+                    std::uint32_t listed = Mark::listed;
+                    for (std::uint32_t i = begin; i < end; ++i) listed &= marks[i].bits;
+                    if (listed == 0)
+                        for (std::uint32_t i = begin; i < end; ++i) {
+                            std::uint32_t const bits = marks[i].bits;
+                            if ((bits & Mark::listed) != 0) continue;
+                            copies += (bits & Mark::copy) != 0 ? 1 : 0;
+                            add(i, bits);
+                        }
+                    for (; begin < end; ++begin) marks[begin].bits &= ~Mark::listed;
                 }
-                copies += (bits & Mark::copy) != 0 ? 1 : 0;
             }
-            if (std::uint32_t const depth = depth_here(i, bits); depth != 0) order.unchecked_push({depth, marks[i].id, i});
         }
+        if (!parts)
+            for (std::uint32_t i = 0; i < n; ++i) add(i, marks[i].bits);
         counts.copies = copies;
         detail::repair(order.begin(), kept, order.size(), order.capacity());
     }

@@ -9,6 +9,12 @@ struct Pending {
     std::uint32_t leaving; ///< records that wait to leave
     std::uint32_t owing;   ///< slots with Mark::owes
 };
+/// The state of a tile when a frame begins.
+struct LastFrame {
+    Pending pending;
+    bool bloomed;          ///< bloom ran since routing brought records: only pending slots owe copies
+    Counts counts;
+};
 
 /// Counts the anchored records, separately those with something on screen and those without. Needed only if routing may have brought or
 /// taken records since the last count.
@@ -23,41 +29,56 @@ void count_anchored(typename S::Parameters const& frame, Marks<S> const& marks, 
 /// Updates a tile's records for a new view.
 template <class S>
 Pending begin_view(Here const& here, typename S::Parameters const& parameters, Storage<S>& storage, Marks<S>& marks,
-                 Splats<S>& splats, Counts& counts) noexcept
+                 Splats<S>& splats, Counts& counts, LastFrame const& last) noexcept
 {
     using Access = AccessOf<S>;
     auto const& frame = Access::hold(parameters);
     Access::about_to_read(splats);
-    Access::about_to_read(marks);
     Pending pending{0, 0};
     bool const reusable = S::Copies::reusable_in(frame), routes = routes_in<S>(frame), blooms = blooms_in<S>(frame);
     bool const forget = frame.resend_copies != 0 || (!reusable && frame.view_changed != 0);
     std::uint32_t visible = 0, parked = 0, kept = 0;
     [[maybe_unused]] std::uint32_t moved = 0, removed = 0, changes = 0;
     std::uint32_t const held = storage.size();
+    // If nothing waits since the last frame, no mark says that a slot has something to do, and the anchored records are those that are no
+    // copies. Then the tile need not look at its marks: it counts the changes.
+    bool const rested = Access::knows_what_moved(frame) && routes && !forget && last.pending.leaving == 0 && last.pending.owing == 0 &&
+                        last.bloomed && last.counts.changes == 0 && S::Saturation::holds_in(frame);
+    if (!rested) Access::about_to_read(marks);
     // From the last slot to the first, a few at a time: first collect the slots that have something to do, without a branch that depends on
     // a record; then do it. Removing a slot moves the last slot to its place, and that one has been updated.
     constexpr std::uint32_t at_once = 64;
-    std::uint32_t slots[at_once];
+    std::uint32_t slots[2 * at_once];
+    std::uint32_t own_before = 0, visible_before = 0; // of the anchored records that are looked at
     for (std::uint32_t end = held; end != 0;) {
-        std::uint32_t const begin = end > at_once ? end - at_once : 0;
         std::uint32_t n = 0;
-        if (routes && !forget) {
-            for (std::uint32_t i = end; i-- > begin;) {
-                std::uint32_t const bits = marks[i].bits;
-                std::uint32_t row_state = 0;
-                std::uint32_t const settled = Access::is_settled(frame, splats[i], bits, row_state) ? 1u : 0u;
-                std::uint32_t const own = settled & ((bits & Mark::copy) != 0 ? 0u : 1u), shows = row_state & 1u;
-                visible += own & shows;
-                parked += own & ~shows;
-                slots[n] = i;
-                n += 1 - settled;
+        while (end != 0 && n <= at_once) {
+            std::uint32_t const begin = end > at_once ? end - at_once : 0;
+            if (rested) {
+                for (std::uint32_t i = end; i-- > begin;) {
+                    slots[n] = i;
+                    n += Access::moved(frame, splats[i]);
+                }
+            } else if (routes && !forget) {
+                for (std::uint32_t i = end; i-- > begin;) {
+                    std::uint32_t const bits = marks[i].bits;
+                    std::uint32_t row_state = 0;
+                    std::uint32_t const settled = Access::is_settled(frame, splats[i], bits, row_state) ? 1u : 0u;
+                    std::uint32_t const own = settled & ((bits & Mark::copy) != 0 ? 0u : 1u), shows = row_state & 1u;
+                    visible += own & shows;
+                    parked += own & ~shows;
+                    slots[n] = i;
+                    n += 1 - settled;
+                }
+            } else {
+                for (std::uint32_t i = end; i-- > begin;) slots[n++] = i;
             }
-        } else {
-            for (std::uint32_t i = end; i-- > begin;) slots[n++] = i;
+            end = begin;
         }
-        end = begin;
-        for (std::uint32_t k = 0; k < n; ++k) Access::about_to_reach(frame, splats[slots[k]]);
+        for (std::uint32_t k = 0; k < n; ++k) {
+            Access::about_to_reach(frame, splats[slots[k]]);
+            Access::about_to_change(marks[slots[k]]);
+        }
         for (std::uint32_t k = 0; k < n; ++k) {
             std::uint32_t const i = slots[k];
             bool const copy = blooms && marks[i].is(Mark::copy);
@@ -70,7 +91,12 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 continue;
             }
             [[maybe_unused]] std::uint32_t bits = marks[i].bits;
-            auto const entry = Access::project(storage[i], frame);
+            auto const entry = [&]() noexcept {
+                if constexpr (Access::entries_last)
+                    return splats[i]; // without a look at the record
+                else
+                    return Access::project(storage[i], frame);
+            }();
             Reach const r = Access::reach(here, frame, entry);
             if (copy && !r.here) {
                 remove_slot(storage, marks, splats, i);
@@ -101,10 +127,17 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                 std::uint32_t const shows = r.visible ? 1u : 0u;
                 visible += shows;
                 parked += 1u - shows;
+                ++own_before;
+                visible_before += Access::was_visible(frame, entry, shows);
             }
             if constexpr (S::routes || S::blooms)
                 if (routes || blooms) marks[i].bits = bits;
         }
+    }
+    if (rested) {
+        std::uint32_t const others_parked = last.counts.parked - (own_before - visible_before);
+        parked += others_parked;
+        visible += held - last.counts.copies - own_before - others_parked;
     }
     counts.visible = visible;
     counts.parked = parked;
@@ -117,18 +150,18 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
 /// Begins a frame on a tile. If the view did not change, the counts of leaving and owing records are those of the last frame (`last`).
 template <class S>
 Pending begin_frame(Here const& here, typename S::Parameters const& frame, Storage<S>& storage, Marks<S>& marks, Splats<S>& splats,
-                  Counts& counts, Pending last) noexcept
+                  Counts& counts, LastFrame const& last) noexcept
 {
-    Counts const before = counts;
+    Counts const before = last.counts;
     counts = {};
     counts.copies = before.copies;
     counts.changes = before.changes;
-    if (frame.view_changed != 0 || frame.resend_copies != 0) return begin_view<S>(here, frame, storage, marks, splats, counts);
+    if (frame.view_changed != 0 || frame.resend_copies != 0) return begin_view<S>(here, frame, storage, marks, splats, counts, last);
     counts.visible = before.visible;
     counts.parked = before.parked;
     if (routes_in<S>(frame))
         if ((before.hops | before.projected) != 0) count_anchored<S>(frame, marks, splats, counts);
-    return last;
+    return last.pending;
 }
 inline Vote vote_to_route(FlowControl& flow, std::uint32_t leaving) noexcept
 {
@@ -157,10 +190,13 @@ struct Project : ProjectOperations<S> {
                                                          Marks<S>& marks, Splats<S>& splats, OnlyIf<S::routes, FlowControl&> flow,
                                                          OnlyIf<S::blooms, OwedCopies&> owed_copies, Counts& counts) const noexcept
     {
-        detail::Pending last{0, 0};
+        detail::LastFrame last{{0, 0}, true, counts};
         [[maybe_unused]] bool const routes = routes_in<S>(*frame), blooms = blooms_in<S>(*frame);
-        if constexpr (S::routes) last.leaving = routes ? flow.leaving : 0;
-        if constexpr (S::blooms) last.owing = blooms ? owed_copies.open : 0;
+        if constexpr (S::routes) last.pending.leaving = routes ? flow.leaving : 0;
+        if constexpr (S::blooms) {
+            last.pending.owing = blooms ? owed_copies.open : 0;
+            last.bloomed = !blooms || owed_copies.first == 0;
+        }
         [[maybe_unused]] auto const pending = detail::begin_frame<S>(here, *frame, storage, marks, splats, counts, last);
         if constexpr (S::blooms)
             if (blooms) owed_copies = {pending.owing, in_picture(here, *frame) ? 1u : 0u};

@@ -69,12 +69,17 @@ struct RouteStep {
         anchor = s.anchor;
         return !s.visible() || s.anchor == here.tile; // a record with nothing on screen stays where it is
     }
+    /// The slot of the copy that the tile has of a record, or `no_slot`. Without bloom there are no copies.
+    std::uint32_t copy_of(Record const& g) const noexcept
+    {
+        return blooms_in<S>(frame) ? lookup.slot_of(here, frame, marks, splats.begin(), g) : no_slot;
+    }
     /// Puts a record into storage; false if storage is full. If the tile already has a copy of it, the copy becomes the anchored record.
-    bool settle(Record const& g) const noexcept
+    bool settle(Record const& g) const noexcept { return settle(g, copy_of(g)); }
+    bool settle(Record const& g, std::uint32_t i) const noexcept
     {
         auto const entry = Access::project(g, frame);
         ++counts.projected;
-        auto const i = blooms_in<S>(frame) ? lookup.slot_of(marks, splats.begin(), g) : no_slot; // without bloom there are no copies
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -92,12 +97,23 @@ struct RouteStep {
         ++counts.changes;
         return true;
     }
+    /// Settles the records of n messages. A full storage is counted; the record is unplaced.
+    void settle_all(Message const* const* messages, std::uint32_t n) const noexcept
+    {
+        std::uint32_t copies[at_once];
+        for (std::uint32_t k = 0; k < n; ++k) {
+            copies[k] = copy_of(S::Addressing::record(*messages[k]));
+            if (copies[k] != no_slot) Access::about_to_change(marks[copies[k]]);
+        }
+        for (std::uint32_t k = 0; k < n; ++k) (void)settle(S::Addressing::record(*messages[k]), copies[k]);
+    }
+    static constexpr std::uint32_t at_once = 16; ///< of settle_all
     /// Keeps a record that cannot go on as one of the tile's own, which leaves later; false if storage is full.
     bool keep(Record const& g, FlowControl& flow) const noexcept
     {
         auto const before = storage.size();
         if (!settle(g)) return false;
-        auto const i = storage.size() > before ? before : lookup.slot_of(marks, splats.begin(), g);
+        auto const i = storage.size() > before ? before : lookup.slot_of(here, frame, marks, splats.begin(), g);
         marks[i].bits |= Mark::leaving | Mark::leaves(Rule::towards(here.tile, Access::splat_of(frame, splats[i]).anchor));
         ++flow.leaving;
         return true;
@@ -106,11 +122,10 @@ struct RouteStep {
     template <class Side>
     void depart(std::uint32_t i, Side& out) const noexcept
     {
-        Splat const& s = Access::splat_of(frame, splats[i]);
-        out.unchecked_push(S::Addressing::make(storage[i], s.anchor));
+        out.unchecked_push(S::Addressing::make(storage[i], Access::anchor_of(frame, splats[i])));
         ++counts.hops;
         ++counts.changes;
-        if (blooms_in<S>(frame) && covers(s, frame.tiling, here.tile))
+        if (blooms_in<S>(frame) && Access::is_here(here, frame, splats[i]))
             marks[i].bits = (marks[i].bits | Mark::copy) & ~(Mark::leaving | Mark::leaves_any);
         else
             remove_slot(storage, marks, splats, i);
@@ -125,15 +140,23 @@ struct RouteStep {
             if (out[d].size() < room.limit[index(d)]) open |= Mark::leaves(d);
             if (room.short_of_credit[index(d)]) short_of_credit |= Mark::leaves(d);
         }
-        for (std::uint32_t i = storage.size(); open != 0 && (i = last_with_bits(marks.begin(), i, open)) != no_slot;) {
-            Direction const d = marks[i].leaves_on();
-            depart(i, out[d]);
-            --flow.leaving;
-            if (out[d].size() == room.limit[index(d)]) open &= ~Mark::leaves(d);
+        // From the last slot to the first, a few at a time. A slot that is removed is taken by the last one, which was looked at before.
+        std::uint32_t slots[2 * at_once];
+        for (std::uint32_t end = storage.size(); open != 0 && end != 0;) {
+            std::uint32_t const n = list_down_with_bits(marks.begin(), end, open, slots, 2 * at_once);
+            for (std::uint32_t k = 0; k < n; ++k) Access::about_to_send(frame, splats[slots[k]], storage[slots[k]]);
+            for (std::uint32_t k = 0; k < n; ++k) {
+                std::uint32_t const i = slots[k];
+                if (!marks[i].is(open)) continue; // this side became full
+                Direction const d = marks[i].leaves_on();
+                depart(i, out[d]);
+                --flow.leaving;
+                if (out[d].size() == room.limit[index(d)]) open &= ~Mark::leaves(d);
+            }
         }
         if (flow.leaving == 0) return;
         std::uint32_t no_credit = 0;
-        for (std::uint32_t i = 0, n = marks.size(); i < n; ++i) no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
+        for (std::uint32_t i = 0, n = short_of_credit != 0 ? marks.size() : 0; i < n; ++i) no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
         counts.no_credit += no_credit;
         counts.channel_full += flow.leaving - no_credit;
     }
@@ -208,9 +231,19 @@ struct HoldingRoute {
             ++(most.short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
             return false;
         };
+        // Of the messages that carry anchors of this view, those that end here are collected and settled a few at a time: two messages never
+        // bring one record.
+        bool const addressed = S::Addressing::carried_in(*frame) && frame->readdress == 0;
+        Message const* home[RouteStep<S>::at_once];
+        std::uint32_t homes = 0;
+        auto const settle_homes = [&]() noexcept {
+            step.settle_all(home, homes);
+            homes = 0;
+        };
         auto const go = [&](Message const& m) noexcept {
             TileId anchor;
             if (step.is_home(m, anchor)) {
+                settle_homes();
                 (void)step.settle(S::Addressing::record(m)); // a full storage is counted; the record is unplaced
                 return true;
             }
@@ -219,6 +252,28 @@ struct HoldingRoute {
             out[d].unchecked_push(S::Addressing::make(S::Addressing::record(m), anchor));
             ++counts.hops;
             return true;
+        };
+        // Sends on or settles the messages from number i on that go straight on or end here, as nearly all do. Returns the number of the first
+        // one that does neither, or has no room; n if there is none.
+        auto const go_on = [&](auto const& from, std::uint32_t i, std::uint32_t n, Direction d) noexcept {
+            if (!addressed) return i;
+            std::uint32_t used = out[d].size();
+            std::uint32_t const before = used, limit = most.limit[index(d)];
+            for (; i < n; ++i) {
+                Message const& m = from[i];
+                TileId const anchor = S::Addressing::anchor(m);
+                if (anchor == here.tile) {
+                    Access::about_to_find(*frame, S::Addressing::record(m));
+                    home[homes++] = &m;
+                    if (homes == RouteStep<S>::at_once) settle_homes();
+                    continue;
+                }
+                if (used >= limit || Rule::towards(here.tile, anchor) != d) break;
+                out[d].begin()[used++] = m;
+            }
+            if (used != before) out[d].resize(used);
+            counts.hops += used - before;
+            return i;
         };
         // A record that was under way when the view changed may have to turn back. Two such records in FIFOs could wait for each other for
         // ever, so the record becomes one of this tile's own instead.
@@ -239,7 +294,10 @@ struct HoldingRoute {
                 ++kept;
             }
             waiting.truncate(kept);
-            for (Message const& m : arrived) {
+            for (std::uint32_t i = 0, n = arrived.size(); i < n; ++i) {
+                i = go_on(arrived, i, n, opposite(from));
+                if (i == n) break;
+                Message const& m = arrived[i];
                 if (go(m)) continue;
                 if (turns_back(m, from))
                     (void)step.keep(S::Addressing::record(m), flow);
@@ -253,10 +311,14 @@ struct HoldingRoute {
         // before) may have to turn and find no room. Then it becomes one of this tile's own.
         for (Direction d : news)
             if (d != Rule::first_leg[0] && d != Rule::first_leg[1])
-                for (Message const& m : in[d])
-                    if (!go(m)) (void)step.keep(S::Addressing::record(m), flow);
+                for (std::uint32_t i = 0, n = in[d].size(); i < n; ++i) {
+                    i = go_on(in[d], i, n, opposite(d));
+                    if (i == n) break;
+                    if (!go(in[d][i])) (void)step.keep(S::Addressing::record(in[d][i]), flow);
+                }
         empty_fifo(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
         empty_fifo(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
+        settle_homes();
         if (flow.leaving != 0) step.depart_all(out, most, flow);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());

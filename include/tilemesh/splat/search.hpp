@@ -61,17 +61,56 @@ std::uint32_t first_with_word(Item const* items, std::uint32_t n, std::uint32_t 
         if (detail::word_of<0>(items[i]) == word) return i;
     return no_slot;
 }
-/// The number of the last of n items that has one of these bits in its second word, or `no_slot`.
+/// Has one of 16 items one of these bits in its second word?
 template <class Item>
-std::uint32_t last_with_bits(Item const* items, std::uint32_t n, std::uint32_t bits) noexcept
+TILEMESH_KERNEL bool has_bits_at_once(Item const* items, std::uint32_t bits) noexcept
 {
     auto const wanted = static_cast<std::int32_t>(bits);
-    while (n >= detail::searched_at_once &&
-           !detail::any_at_once<1>(items + n - detail::searched_at_once, [wanted](auto const& v) noexcept { return v & wanted; }))
-        n -= detail::searched_at_once;
-    while (n-- > 0)
-        if ((detail::word_of<1>(items[n]) & bits) != 0) return n;
-    return no_slot;
+    return detail::any_at_once<1>(items, [wanted](auto const& v) noexcept { return v & wanted; });
+}
+/// The fewest numbers for which the two functions below need room.
+inline constexpr std::uint32_t fewest_listed = detail::searched_at_once;
+
+/// Lists the numbers of the items [begin, n) that have one of these bits in their second word, in ascending order, as far as there is room
+/// for `most` numbers. Returns how many it listed, and sets `begin` to the item where the next call goes on; n if there is none.
+template <class Item>
+std::uint32_t list_up_with_bits(Item const* items, std::uint32_t& begin, std::uint32_t n, std::uint32_t bits, std::uint32_t* numbers,
+                                std::uint32_t most) noexcept
+{
+    constexpr std::uint32_t step = detail::searched_at_once;
+    std::uint32_t listed = 0;
+    while (begin < n && most - listed >= step) {
+        std::uint32_t const end = n - begin < step ? n : begin + step;
+        if (end - begin == step && !has_bits_at_once(items + begin, bits)) {
+            begin = end;
+            continue;
+        }
+        for (; begin < end; ++begin) { // without a branch that depends on an item
+            numbers[listed] = begin;
+            listed += (detail::word_of<1>(items[begin]) & bits) != 0 ? 1 : 0;
+        }
+    }
+    return listed;
+}
+/// As `list_up_with_bits`, for the items [0, end), in descending order. Sets `end` so that the next call goes on there; 0 if no item is left.
+template <class Item>
+std::uint32_t list_down_with_bits(Item const* items, std::uint32_t& end, std::uint32_t bits, std::uint32_t* numbers,
+                                  std::uint32_t most) noexcept
+{
+    constexpr std::uint32_t step = detail::searched_at_once;
+    std::uint32_t listed = 0;
+    while (end != 0 && most - listed >= step) {
+        std::uint32_t const begin = end < step ? 0 : end - step;
+        if (end - begin == step && !has_bits_at_once(items + begin, bits)) {
+            end = begin;
+            continue;
+        }
+        while (end > begin) {
+            numbers[listed] = --end;
+            listed += (detail::word_of<1>(items[end]) & bits) != 0 ? 1 : 0;
+        }
+    }
+    return listed;
 }
 
 }}} // namespace tilemesh::splat

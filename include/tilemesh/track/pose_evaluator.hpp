@@ -300,7 +300,7 @@ void BasicPoseEvaluator<S, Engine>::tell(splat::View const& view)
     static_cast<splat::FrameParameters&>(frame) = {view, layout_.tiling, static_cast<std::uint8_t>(changed ? 1 : 0), 0, 0};
     if constexpr (by_reference) {
         frame.policies = policies_;
-        cache_.point(frame);
+        cache_.point(frame, false);
         frame.terms = splat::HostPointer<splat::pose::Terms const>(terms_.data());
     }
 }
