@@ -38,11 +38,12 @@ struct MachineSize {
     std::uint32_t clock_khz;
 };
 namespace detail {
+template <class M>
+using MachineMembers = decltype(M::name[0] + M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz);
 template <class M, class = void>
 inline constexpr bool is_machine = false;
 template <class M>
-inline constexpr bool is_machine<M, std::void_t<decltype(M::name[0] + M::tiles + M::sram_bytes + M::code_bytes + M::workers + M::clock_khz)>> =
-    true;
+inline constexpr bool is_machine<M, std::void_t<MachineMembers<M>>> = true;
 } // namespace detail
 
 /// The machine type of a mesh that gets its MachineSize when it is built. All such meshes of a program have one type, so they share code.

@@ -258,16 +258,15 @@ template <std::uint32_t N, class AnyCell, std::uint32_t... V>
 TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell&& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     (store_row<N>(cell, &CellFields::transmittance, V, column, s.t[V]), ...);
-    auto const add = [](std::int32_t* to, auto const& seen) noexcept {
-        constexpr std::uint32_t lanes = sizeof seen / 4;
-        store(to, Words<lanes>(load_words<lanes>(to) + seen));
-    };
     if constexpr (N <= cell_width) {
-        add(cell.contributing + column, s.seen);
+        std::int32_t* const to = cell.contributing + column;
+        store(to, Words<N>(load_words<N>(to) + s.seen));
     } else {
-        Words<cell_width> left, right;
+        constexpr std::uint32_t W = cell_width;
+        Words<W> left, right;
         split(s.seen, left, right);
-        add(cell.left.contributing, left), add(cell.right.contributing, right);
+        store(cell.left.contributing, Words<W>(load_words<W>(cell.left.contributing) + left));
+        store(cell.right.contributing, Words<W>(load_words<W>(cell.right.contributing) + right));
     }
 }
 /// 1 if a lane is set, else 0.

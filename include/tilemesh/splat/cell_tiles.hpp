@@ -22,9 +22,17 @@ inline constexpr std::uint32_t splats_a_group = 128;
 template <std::uint32_t Size>
 inline constexpr bool pairs_cells = (Size > 16) && most_native_lanes == 2 * cell_width;
 
+/// The lists of a second cell, and of a cell and the second.
+template <std::uint32_t Size, bool = pairs_cells<Size>>
+struct PairLists {
+    typename ListsOf<Size>::Number second[Size + 8], both[Size + 8];
+};
+template <std::uint32_t Size>
+struct PairLists<Size, false> {};
+
 /// What a host thread or a worker needs besides its list.
 template <bool HasDepth, std::uint32_t Group, std::uint32_t Size>
-struct CellMemory {
+struct CellMemory : PairLists<Size> {
     static_assert(splats_a_group % Size == 0, "a group is whole chunks");
     static constexpr std::uint32_t group = Group, size = Size;
     OpenCell<HasDepth> cells[Group];
@@ -32,7 +40,6 @@ struct CellMemory {
     using Lists = ListsOf<Size>;
     Lists lists;
     typename Lists::Number list[Size + 8]; // it is written 8 numbers at a time
-    typename Lists::Number second[pairs_cells<Size> ? Size + 8 : 1], both[pairs_cells<Size> ? Size + 8 : 1];
 };
 
 /// All bits of Special that a listed splat has.
@@ -62,15 +69,14 @@ std::uint32_t blend_batch(Set const& set, Rules const& rules, Arguments&&... arg
 }
 /// Blends the listed splats of a chunk into a cell. `tally` counts what is evaluated, and looks which columns go on.
 template <class Rule, class Stop, class Set, class Memory, class AnyCell, class Tally>
-void blend_listed(Set const& set, Memory const& m, AnyCell& cell, typename Memory::Lists::Number const* listed, std::uint32_t n, bool special,
-                  Rules const& rules, Tally const& tally) noexcept
+void blend_listed(Set const& set, Memory const& m, AnyCell& cell, std::uint32_t n, bool special, Rules const& rules, Tally const& tally) noexcept
 {
     constexpr std::uint32_t most = batch_of<Memory::size>;
     for (std::uint32_t done = 0; done < n && cell.columns != 0;) {
         std::uint32_t part = blended_between_looks - cell.blended % blended_between_looks;
         if (part > most) part = most;
         if (part > n - done) part = n - done;
-        auto const* const list = listed + done;
+        auto const* const list = m.list + done;
         bool const some = special && special_in(m.chunk, list, part) != 0;
         cell.going = blend_batch<Rule, Stop>(set, rules, cell.state, m.chunk, list, part, cell.at, cell.columns, some);
         tally.evaluated(cell, part);
@@ -151,11 +157,6 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
         std::uint32_t const most = fill<(SetOf<N>::most_lanes >= 4)>(m.chunk, begin, n, at);
         bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *windows[0].camera, rules.alpha_max) != 0;
         going = 0;
-        auto const blend = [&](auto& cell, auto const* list, std::uint32_t listed) noexcept {
-            blend_listed<Rule, Stop>(set, m, cell, list, listed, special, rules, tally);
-            if ((begin + size) % splats_a_group == 0) tally.look(cell);
-            going += cell.columns != 0 ? 1u : 0u;
-        };
         for (std::uint32_t b = 0; b < all; ++b) {
             auto const& window = windows[b / open];
             auto& cell = m.cells[b];
@@ -174,11 +175,18 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
                     Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{cell, m.list, m.lists.list(cell.in_window, m.list)};
                     decltype(one) other{right, m.second, m.lists.list(right.in_window, m.second)};
                     blend_pair<Rule, Stop>(set, m, one, other, special, rules, tally);
-                    blend(cell, one.list, one.left);
-                    blend(right, other.list, other.left);
+                    for (auto const* listed : {&one, &other}) {
+                        std::memmove(m.list, listed->list, (listed->left + 1) * sizeof *listed->list);
+                        blend_listed<Rule, Stop>(set, m, listed->cell, listed->left, special, rules, tally);
+                        if ((begin + size) % splats_a_group == 0) tally.look(listed->cell);
+                        going += listed->cell.columns != 0 ? 1u : 0u;
+                    }
                     continue;
                 }
-            blend(cell, m.list, m.lists.list(cell.in_window, m.list));
+            std::uint32_t const listed = m.lists.list(cell.in_window, m.list);
+            blend_listed<Rule, Stop>(set, m, cell, listed, special, rules, tally);
+            if ((begin + size) % splats_a_group == 0) tally.look(cell);
+            going += cell.columns != 0 ? 1u : 0u;
         }
     }
 }

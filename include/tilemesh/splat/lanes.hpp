@@ -141,7 +141,12 @@ template <std::uint32_t N>
 TILEMESH_KERNEL Floats<N> multiply_add_lanes(Floats<N> const& a, Floats<N> const& b, Floats<N> const& c) noexcept
 {
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA) || defined(__IPU__)
-#    if defined(__clang__)
+#    if defined(__IPU__)
+    if constexpr (N == 2) return Floats<N>{__builtin_fmaf(a[0], b[0], c[0]), __builtin_fmaf(a[1], b[1], c[1])};
+    Floats<N> r{};
+    for (std::uint32_t i = 0; i < N; ++i) r[i] = __builtin_fmaf(a[i], b[i], c[i]);
+    return r;
+#    elif defined(__clang__)
     // One operation of whole vectors, which a target with the instruction always fuses: of calls for each lane, Clang 16 makes vectors of 4 and 8.
 #        pragma clang fp contract(on)
     return a * b + c;
