@@ -1,7 +1,6 @@
 #include "judges.hpp"
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <common/statistics.hpp>
 #include <cstddef>
@@ -16,6 +15,7 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/network.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
@@ -228,7 +228,7 @@ std::vector<Judge> read_judges(std::filesystem::path const& file, std::filesyste
         if (f.size() != 7) refuse("it has " + std::to_string(f.size()) + " fields of 7");
         Judge judge;
         judge.machine = f[0], judge.figure = f[1], judge.unit = f[3], judge.source = f[6];
-        auto const [end, failed] = std::from_chars(f[2].data(), f[2].data() + f[2].size(), judge.measured);
+        auto const [end, failed] = tilemesh::read_number(f[2].data(), f[2].data() + f[2].size(), judge.measured);
         if (failed != std::errc{} || end != f[2].data() + f[2].size() || !(judge.measured > 0) || !std::isfinite(judge.measured))
             refuse("its measured value is no positive number");
         if (judge.source.empty()) refuse("it has no source");
