@@ -1,6 +1,7 @@
 // Makes a map agree better with photographs, on the host.
 #include "../shared/codecs.hpp"
 #include "../shared/output_files.hpp"
+#include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
@@ -35,6 +36,7 @@ namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using refine::Options;
 using refine::View;
+using shared::Printer;
 using tilemesh::Error;
 
 /// A number as JSON has it; JSON has no number that is not finite.
@@ -61,25 +63,6 @@ std::string json_text(std::string const& text)
     }
     return out + '"';
 }
-
-/// What the run prints on standard output. A text that cannot be printed does not end the run: the first error stays in `problem`.
-class Printer {
-public:
-    explicit Printer(bool quiet) : quiet_(quiet) {}
-    void say(std::string const& text)
-    {
-        if (quiet_ || problem) return;
-        try {
-            shared::print(text + "\n", "the map is written; --quiet prints errors only", std::cout);
-        } catch (Error const& error) {
-            problem = error.what();
-        }
-    }
-    std::optional<std::string> problem;
-
-private:
-    bool quiet_;
-};
 
 /// The PSNR of each view.
 template <class Refiner>
@@ -193,7 +176,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
     auto const count = static_cast<std::uint32_t>(views.used.size());
     std::uint32_t const steps = o.steps.value_or(20 * count), tenth = std::max(1u, steps / 10);
     printer.say(std::to_string(refiner.map().gaussians.size()) + " Gaussians, " + std::to_string(count) + " photographs, " +
-                std::to_string(before.size()) + " held out; before: " + rounded(mean(before)) + " dB");
+                std::to_string(before.size()) + " held out; before: " + rounded(mean(before)) + " dB\n");
     Order order(count);
     double ms = 0;
     std::uint32_t done = 0;
@@ -205,7 +188,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
         ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
         if ((done + 1) % tenth == 0)
             printer.say("step " + std::to_string(done + 1) + " of " + std::to_string(steps) + ": " + rounded(fit.psnr_db()) + " dB in " +
-                        shared::one_line(view.name, 200) + ", " + rounded(ms / (done + 1)) + " ms a step");
+                        shared::one_line(view.name, 200) + ", " + rounded(ms / (done + 1)) + " ms a step\n");
     }
     auto const after = compare(refiner, views.held_out);
     auto const bytes = scene::ply_bytes(refiner.map());
@@ -215,7 +198,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
         report::write_whole(*o.report, report_of(facts, views, before, after));
     }
     printer.say("after " + std::to_string(done) + " steps: " + rounded(mean(after)) + " dB; " + shared::one_line(o.out.string()) +
-                " has the map");
+                " has the map\n");
     auto const signal = shared::interrupt();
     if (printer.problem) std::cerr << shared::one_line(*printer.problem) << std::endl;
     if (signal != 0 && done < steps) {
@@ -229,7 +212,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 
 int run(Options const& o)
 {
-    Printer printer(o.quiet);
+    Printer printer(o.quiet, "the map is written; --quiet prints errors only");
     auto map = scene::load_map(o.map, shared::codecs(), scene::FarMeans::moved);
     if (map.gaussians.empty())
         throw Error(shared::one_line(o.map.string()) + " has no Gaussian (there is nothing to refine); name another map");
@@ -237,8 +220,8 @@ int run(Options const& o)
     check_outputs(o, views.read);
     refine::read_photographs(o, views.held_out);
     refine::read_photographs(o, views.used);
-    for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note));
-    for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note));
+    for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note) + "\n");
+    for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note) + "\n");
     return o.optimiser == refine::Optimiser::adam ? run_with<splat::map::Adam>(o, std::move(map), views, printer)
                                                   : run_with<splat::map::SecondMomentByKind>(o, std::move(map), views, printer);
 }

@@ -1,12 +1,9 @@
 #include "options.hpp"
+#include "../shared/option_values.hpp"
 #include "../shared/output_files.hpp"
-#include "../shared/text.hpp"
-#include <charconv>
-#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/error.hpp>
 
 namespace refine {
@@ -36,29 +33,7 @@ is added or removed. The same command writes the same map, byte for byte, whatev
   --quiet                    print errors only
 )";
 
-[[noreturn]] void refuse(std::string_view option, std::string_view text, std::string const& why)
-{
-    throw Error(std::string(option) + " cannot be \"" + shared::one_line(text, 200) + "\" (" + why + "); see refine --help");
-}
-
-std::uint32_t whole(std::string_view option, std::string_view text, std::uint32_t least, std::uint32_t most)
-{
-    std::uint32_t value = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < least || value > most)
-        refuse(option, text, "it takes a whole number from " + std::to_string(least) + " to " + std::to_string(most));
-    return value;
-}
-
-double number(std::string_view option, std::string_view value, double least, double most, std::string const& range)
-{
-    std::string const text(value);
-    char* end = nullptr;
-    double const out = std::strtod(text.c_str(), &end);
-    if (text.empty() || end != text.c_str() + text.size() || !(out >= least && out <= most)) refuse(option, text,
-        "it takes a number " + range);
-    return out;
-}
+constexpr shared::OptionValues values("refine");
 
 std::array<float, 3> colour(std::string_view option, std::string_view text)
 {
@@ -66,8 +41,8 @@ std::array<float, 3> colour(std::string_view option, std::string_view text)
     auto rest = text;
     for (std::size_t i = 0; i < 3; ++i) {
         auto const comma = rest.find(',');
-        if ((comma == std::string_view::npos) != (i == 2)) refuse(option, text, "it takes three numbers from 0 to 1, as in 1,1,1");
-        out[i] = static_cast<float>(number(option, rest.substr(0, comma), 0, 1, "from 0 to 1, three times"));
+        if ((comma == std::string_view::npos) != (i == 2)) values.refuse(option, text, "it takes three numbers from 0 to 1, as in 1,1,1");
+        out[i] = static_cast<float>(values.number(option, rest.substr(0, comma), 0, 1, "from 0 to 1, three times"));
         rest.remove_prefix(i == 2 ? rest.size() : comma + 1);
     }
     return out;
@@ -80,10 +55,7 @@ std::optional<Options> options_of(int argc, char** argv)
     Options o;
     for (int i = 1; i < argc; ++i) {
         std::string_view const name = argv[i];
-        auto const value = [&]() -> std::string_view {
-            if (i + 1 == argc || argv[i + 1][0] == '\0') throw Error(std::string(name) + " has no value (it takes one); see refine --help");
-            return argv[++i];
-        };
+        auto const value = [&] { return values.next(argc, argv, i); };
         if (name == "--help") {
             shared::print(help, "send it to a file or a terminal with room", std::cout);
             return {};
@@ -94,19 +66,19 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--photos") o.photos = value();
         else if (name == "--out") o.out = value();
         else if (name == "--report") o.report = value();
-        else if (name == "--steps") o.steps = whole(name, value(), 1, 100'000'000);
-        else if (name == "--every") o.every = whole(name, value(), 2, 1'000'000);
-        else if (name == "--scale") o.scale = whole(name, value(), 1, 1024);
-        else if (name == "--threads") o.threads = whole(name, value(), 1, 1024);
-        else if (name == "--rate") o.rate = number(name, value(), 1e-6, 1e3, "from 1e-6 to 1000");
-        else if (name == "--near") o.near_depth = static_cast<float>(number(name, value(), 1e-30, 1e30, "above 0"));
+        else if (name == "--steps") o.steps = values.whole(name, value(), 1, 100'000'000);
+        else if (name == "--every") o.every = values.whole(name, value(), 2, 1'000'000);
+        else if (name == "--scale") o.scale = values.whole(name, value(), 1, 1024);
+        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
+        else if (name == "--rate") o.rate = values.number(name, value(), 1e-6, 1e3, "from 1e-6 to 1000");
+        else if (name == "--near") o.near_depth = static_cast<float>(values.number(name, value(), 1e-30, 1e30, "above 0"));
         else if (name == "--background") o.background = colour(name, value());
         else if (name == "--optimiser") {
             auto const text = value();
             if (text == "by-kind") o.optimiser = Optimiser::by_kind;
             else if (text == "adam") o.optimiser = Optimiser::adam;
-            else refuse(name, text, "it takes by-kind or adam");
-        } else if (name.substr(0, 1) == "-" || name.empty() || !o.map.empty()) refuse("an option", name,
+            else values.refuse(name, text, "it takes by-kind or adam");
+        } else if (name.substr(0, 1) == "-" || name.empty() || !o.map.empty()) values.refuse("an option", name,
             "there is no such option, or a second map");
         else o.map = name;
     }

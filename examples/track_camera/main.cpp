@@ -2,6 +2,7 @@
 #include "../shared/codecs.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
+#include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/text.hpp"
 #include "options.hpp"
@@ -58,6 +59,7 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
+using shared::Printer;
 using tilemesh::Error;
 using track_camera::Options;
 using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
@@ -81,26 +83,6 @@ std::string rounded(double value)
                            : std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
     return {text.data(), end.ptr};
 }
-
-/// What the run prints on standard output. A text that cannot be printed does not end the run, which would lose its frames: the first error
-/// stays in `problem`.
-class Printer {
-public:
-    explicit Printer(bool quiet) : quiet_(quiet) {}
-    void say(std::string const& text)
-    {
-        if (quiet_ || problem) return;
-        try {
-            shared::print(text, "the trajectory is written; --quiet prints errors only", std::cout);
-        } catch (Error const& error) {
-            problem = error.what();
-        }
-    }
-    std::optional<std::string> problem;
-
-private:
-    bool quiet_;
-};
 
 /// What the readers say about their files, each note with the name of its file.
 void add_notes(std::vector<std::string>& to, std::filesystem::path const& file, std::vector<std::string> const& notes)
@@ -396,7 +378,7 @@ int track_all(Options const& o, Source const& source, Renderer& renderer, scene:
 
 int run(Options const& o)
 {
-    Printer printer(o.quiet);
+    Printer printer(o.quiet, "the trajectory is written; --quiet prints errors only");
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});

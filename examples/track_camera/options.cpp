@@ -1,11 +1,8 @@
 #include "options.hpp"
+#include "../shared/option_values.hpp"
 #include "../shared/output_files.hpp"
-#include "../shared/text.hpp"
-#include <charconv>
-#include <cstdlib>
 #include <iostream>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/error.hpp>
 
 namespace track_camera {
@@ -42,33 +39,13 @@ trajectory and spoilt as a camera would.
   --quiet                    print errors only
 )";
 
-[[noreturn]] void refuse(std::string_view option, std::string_view text, std::string const& why)
-{
-    throw Error(std::string(option) + " cannot be \"" + shared::one_line(text, 200) + "\" (" + why + "); see track_camera --help");
-}
-
-std::uint32_t whole(std::string_view option, std::string_view text, std::uint32_t most)
-{
-    std::uint32_t value = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < 1 || value > most) refuse(option, text, "it takes a whole number from 1 to " + std::to_string(most));
-    return value;
-}
-
-double number(std::string_view option, std::string_view value, double least, double most, std::string const& range)
-{
-    std::string const text(value);
-    char* end = nullptr;
-    double const out = std::strtod(text.c_str(), &end);
-    if (end != text.c_str() + text.size() || !(out >= least && out <= most)) refuse(option, text, "it takes a number " + range);
-    return out;
-}
+constexpr shared::OptionValues values("track_camera");
 
 tilemesh::scene::Size size(std::string_view option, std::string_view text)
 {
     auto const x = text.find('x');
-    if (x == std::string_view::npos) refuse(option, text, "it takes a width and a height, as in 640x480");
-    return {whole(option, text.substr(0, x), 65535), whole(option, text.substr(x + 1), 65535)};
+    if (x == std::string_view::npos) values.refuse(option, text, "it takes a width and a height, as in 640x480");
+    return {values.whole(option, text.substr(0, x), 1, 65535), values.whole(option, text.substr(x + 1), 1, 65535)};
 }
 
 } // namespace
@@ -78,10 +55,7 @@ std::optional<Options> options_of(int argc, char** argv)
     Options o;
     for (int i = 1; i < argc; ++i) {
         std::string_view const name = argv[i];
-        auto const value = [&]() -> std::string_view {
-            if (i + 1 == argc || argv[i + 1][0] == '\0') throw Error(std::string(name) + " has no value (it takes one); see track_camera --help");
-            return argv[++i];
-        };
+        auto const value = [&] { return values.next(argc, argv, i); };
         if (name == "--help") {
             shared::print(help, "send it to a file or a terminal with room", std::cout);
             return {};
@@ -93,24 +67,24 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--trajectory-format") {
             auto const text = value();
             o.trajectory_format = tilemesh::scene::trajectory_format(text);
-            if (!o.trajectory_format) refuse(name, text, "it takes tum, euroc, kitti or replica");
+            if (!o.trajectory_format) values.refuse(name, text, "it takes tum, euroc, kitti or replica");
         }
         else if (name == "--cameras") o.cameras = value();
         else if (name == "--camera") o.camera = value();
         else if (name == "--report") o.report = value();
         else if (name == "--out") o.out = value();
-        else if (name == "--frames") o.frames = whole(name, value(), 1'000'000);
-        else if (name == "--threads") o.threads = whole(name, value(), 1024);
-        else if (name == "--every") o.every = whole(name, value(), 1'000'000);
-        else if (name == "--one-in") o.one_in = whole(name, value(), 1'000'000);
+        else if (name == "--frames") o.frames = values.whole(name, value(), 1, 1'000'000);
+        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
+        else if (name == "--every") o.every = values.whole(name, value(), 1, 1'000'000);
+        else if (name == "--one-in") o.one_in = values.whole(name, value(), 1, 1'000'000);
         else if (name == "--photos") o.photos = value();
         else if (name == "--save-photos") o.save_photos = value();
         else if (name == "--size") o.size = size(name, value());
         else if (name == "--tile") o.tile = size(name, value());
-        else if (name == "--near") o.near_depth = static_cast<float>(number(name, value(), 1e-30, 1e30, "above 0"));
-        else if (name == "--noise") o.noise = number(name, value(), 0.0, 1.0, "from 0 to 1");
-        else if (name == "--shutter") o.shutter = number(name, value(), 0.0, 1.0, "from 0 to 1");
-        else if (name == "--depth-scale") o.depth_levels = number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
+        else if (name == "--near") o.near_depth = static_cast<float>(values.number(name, value(), 1e-30, 1e30, "above 0"));
+        else if (name == "--noise") o.noise = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--shutter") o.shutter = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--depth-scale") o.depth_levels = values.number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
         else if (name == "--method") {
             using tilemesh::track::Method;
             auto const text = value();
@@ -118,8 +92,8 @@ std::optional<Options> options_of(int argc, char** argv)
             else if (text == "forward") o.method = Method::forward;
             else if (text == "gradient") o.method = Method::gradient;
             else if (text == "esm") o.method = Method::esm;
-            else refuse(name, text, "it takes hybrid, forward, gradient or esm");
-        } else if (name.substr(0, 1) == "-" || name.empty() || o.map) refuse("an option", name, "there is no such option, or a second map");
+            else values.refuse(name, text, "it takes hybrid, forward, gradient or esm");
+        } else if (name.substr(0, 1) == "-" || name.empty() || o.map) values.refuse("an option", name, "there is no such option, or a second map");
         else o.map = name;
     }
     if (!o.camera.empty() && !o.cameras) throw Error("--camera needs a file (no --cameras is given); add --cameras FILE");
