@@ -1,6 +1,7 @@
 #include "frame_writer.hpp"
 #include "../shared/png.hpp"
 #include "outputs.hpp"
+#include <cstddef>
 #include <tilemesh/report/image_file.hpp>
 #include <utility>
 
@@ -8,25 +9,46 @@ namespace render_map {
 
 namespace report = tilemesh::report;
 
+namespace {
+/// Pictures in flight, and what encodes them, take at most this memory beside one frame's (limits.cpp).
+constexpr std::size_t most_bytes_in_flight = std::size_t{1} << 28, bytes_a_pixel = 12 + 15;
+} // namespace
+
+bool FrameWriter::is_full(Frame const& next) const noexcept
+{
+    if (in_flight_.empty()) return false;
+    if (video_) return true;
+    auto const bytes = bytes_a_pixel * next.rendered.image.width * next.rendered.image.height;
+    return in_flight_.size() >= options_.renderer.threads || (in_flight_.size() + 1) * bytes > most_bytes_in_flight;
+}
+
 void FrameWriter::start(Frame frame, Shot const& shot)
 {
-    frame_ = std::move(frame);
+    auto& entry = in_flight_.emplace_back(InFlight{std::move(frame)});
     // With both policies, an implementation that gets no thread defers the call to the wait.
-    written_ = std::async(std::launch::async | std::launch::deferred, [this, &shot] { write(shot); });
+    try {
+        entry.written = std::async(std::launch::async | std::launch::deferred, [this, &of = entry.frame, &shot] { write(of, shot); });
+    } catch (...) {
+        in_flight_.pop_back();
+        throw;
+    }
 }
 
 std::optional<Frame> FrameWriter::finish()
 {
     if (!is_writing()) return {};
-    written_.wait();
-    auto frame = std::exchange(frame_, std::nullopt);
-    written_.get();
+    auto& oldest = in_flight_.front();
+    oldest.written.wait();
+    auto written = std::move(oldest.written);
+    std::optional<Frame> frame = std::move(oldest.frame);
+    in_flight_.pop_front();
+    written.get();
     return frame;
 }
 
-void FrameWriter::write(Shot const& shot)
+void FrameWriter::write(Frame& frame, Shot const& shot) const
 {
-    auto& [index, rendered, entry, files] = *frame_;
+    auto& [index, rendered, entry, files] = frame;
     auto const path = [&, &index = index, &files = files](char const* extension) -> auto const& {
         return files.emplace_back(frame_path(options_, index, extension));
     };

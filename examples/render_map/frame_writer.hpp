@@ -3,6 +3,7 @@
 #include "photographs.hpp"
 #include "shots.hpp"
 #include <cstddef>
+#include <deque>
 #include <filesystem>
 #include <future>
 #include <optional>
@@ -22,9 +23,10 @@ struct Frame {
     std::vector<std::filesystem::path> files{};
 };
 
-/// Writes a frame on another thread while the next frame is rendered: its pictures, its comparison with a photograph or with the picture of
-/// --compare, and its part of the video. One frame at a time is in flight, so that two pictures at most are in memory. If the system
-/// refuses the thread, `finish` does the work.
+/// Writes frames on other threads while the next frames are rendered: their pictures, and their comparisons with a photograph or with the
+/// picture of --compare. As many frames are in flight as there are threads, if their pictures are small: to encode a picture can take longer
+/// than to render one. With a video, to which frames are added in order, one is in flight. If the system refuses a thread, `finish` does
+/// the work.
 class FrameWriter {
 public:
     /// The arguments must outlive the writer. `video`: null if there is none.
@@ -33,22 +35,26 @@ public:
     {
     }
 
-    /// Begins to write a frame of `shot`. The frame before must be finished.
+    /// Begins to write a frame of `shot`. If `is_full(frame)`, a frame must be finished first.
     void start(Frame frame, Shot const& shot);
 
-    /// Waits until the frame in flight is written, and returns it; empty if no frame is in flight. Throws the error of its writing.
+    /// Waits until the oldest frame in flight is written, and returns it; empty if no frame is in flight. Throws the error of its writing.
     std::optional<Frame> finish();
 
-    bool is_writing() const noexcept { return written_.valid(); }
+    bool is_writing() const noexcept { return !in_flight_.empty(); }
+    bool is_full(Frame const& next) const noexcept;
 
 private:
-    void write(Shot const& shot);
+    struct InFlight {
+        Frame frame;
+        std::future<void> written{}; ///< its destructor waits for the thread, which uses the frame
+    };
+    void write(Frame& frame, Shot const& shot) const;
 
     Options const& options_;
     std::optional<OtherPicture> const& other_;
     tilemesh::report::Y4mVideo* video_;
-    std::optional<Frame> frame_;
-    std::future<void> written_; ///< its destructor waits for the thread, which uses the members above
+    std::deque<InFlight> in_flight_; ///< from the oldest on; a frame does not move
 };
 
 } // namespace render_map

@@ -208,7 +208,7 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
 }
 
 /// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has. While a frame
-/// is rendered, `writer` writes the frame before; an error of that frame comes first.
+/// is rendered, `writer` writes the frames before; their errors come first.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots, render_map::FrameWriter& writer,
                    render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
                    report::RunReport& result)
@@ -219,9 +219,12 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         if (journal) journal->add(frame.index, frame.entry, frame.files);
         result.frames.push_back(std::move(frame.entry));
     };
+    auto const finish_one = [&] {
+        progress.say_frame("writing");
+        add(writer.finish().value());
+    };
     auto const finish_writing = [&] {
-        if (writer.is_writing()) progress.say_frame("writing");
-        if (auto frame = writer.finish()) add(std::move(*frame));
+        while (writer.is_writing()) finish_one();
     };
     auto const before_its_error = [&](auto const& step) {
         try {
@@ -251,7 +254,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.entry.timestamp_s = shots[i].timestamp_s;
         frame.entry.grid = {renderer.grid().width, renderer.grid().height};
         frame.entry.tile_px = {renderer.tile().width, renderer.tile().height};
-        finish_writing();
+        while (writer.is_full(frame)) finish_one();
         writer.start(std::move(frame), shots[i]);
         if (!trace && !options.reference) continue;
 

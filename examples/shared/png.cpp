@@ -5,8 +5,8 @@
 #include <string>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#ifdef TILEMESH_HAS_ZLIB
-#    include <zlib.h>
+#ifdef TILEMESH_HAS_DEFLATE
+#    include <libdeflate.h>
 #endif
 
 namespace {
@@ -17,31 +17,27 @@ void* reallocate(void* old, std::size_t bytes)
     if (auto* const memory = std::realloc(old, bytes)) return memory;
     throw std::bad_alloc();
 }
-#ifdef TILEMESH_HAS_ZLIB
-/// Deflates for stb. Of zlib's strategies, this one is for filtered pictures: it looks for runs only. Its files are a tenth smaller than those
-/// of zlib's fastest level, in 0.9 of the time, which is a fourth of the time of stb's own encoder.
+#ifdef TILEMESH_HAS_DEFLATE
+/// Deflates for stb, with libdeflate's fastest level that compresses. It takes half of the time of zlib's fastest level, which takes a fourth
+/// of the time of stb's own encoder; files are a twentieth larger than those of zlib's level 1 with runs only.
 unsigned char* deflated(unsigned char* data, int size, int* deflated_size, int)
 {
-    z_stream stream{};
-    if (deflateInit2(&stream, Z_BEST_SPEED, Z_DEFLATED, 15, 8, Z_RLE) != Z_OK) throw std::bad_alloc(); // 15 and 8: zlib's defaults
-    struct End {
-        z_stream& of;
-        ~End() { deflateEnd(&of); }
-    } const end{stream};
-    uLong const room = deflateBound(&stream, static_cast<uLong>(size));
+    struct Compressor {
+        libdeflate_compressor* by = libdeflate_alloc_compressor(1);
+        ~Compressor() { libdeflate_free_compressor(by); }
+    } const compressor;
+    if (compressor.by == nullptr) throw std::bad_alloc();
+    auto const bytes = static_cast<std::size_t>(size), room = libdeflate_zlib_compress_bound(compressor.by, bytes);
     auto* const to = static_cast<unsigned char*>(reallocate(nullptr, room));
-    stream.next_in = data;
-    stream.avail_in = static_cast<uInt>(size);
-    stream.next_out = to;
-    stream.avail_out = static_cast<uInt>(room);
-    if (deflate(&stream, Z_FINISH) != Z_STREAM_END) {
-        std::free(to);
-        throw std::bad_alloc(); // there is room, so memory was short
-    }
-    *deflated_size = static_cast<int>(stream.total_out);
+    *deflated_size = static_cast<int>(libdeflate_zlib_compress(compressor.by, data, bytes, to, room));
     return to;
 }
+unsigned int checksum(unsigned char const* data, int size)
+{
+    return libdeflate_crc32(0, data, static_cast<std::size_t>(size));
+}
 #    define STBIW_ZLIB_COMPRESS deflated
+#    define STBIW_CRC32 checksum
 #endif
 } // namespace
 
