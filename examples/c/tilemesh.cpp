@@ -737,7 +737,7 @@ struct tilemesh_handle {
         } catch (Error const& why) {
             tell(TILEMESH_BAD_INPUT, why.what());
         } catch (std::exception const& why) {
-            tell(TILEMESH_FAULT, why.what());
+            tell(TILEMESH_FAULT, why.what(), "a fault of the library (", "); report it");
         } catch (...) {
             tell(TILEMESH_FAULT, "an error without a text (the program is at fault); report it");
         }
@@ -747,11 +747,11 @@ struct tilemesh_handle {
     int code() const noexcept { return code_; }
 
 private:
-    void tell(tilemesh_status code, char const* text) noexcept
+    void tell(tilemesh_status code, char const* text, char const* before = "", char const* after = "") noexcept
     {
         code_ = code;
         try {
-            error_ = as_utf8(text);
+            error_ = as_utf8((std::string(before) + text + after).c_str());
             std::replace_if(error_.begin(), error_.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
         } catch (...) {
             error_.clear();

@@ -203,6 +203,8 @@ class Package(unittest.TestCase):
             self.assertEqual(points[4], {"name": "none", "error": None, "ms": 1, "front": None})
             self.assertEqual([p["name"] for p in tilemesh.front(points, "error", "ms")], ["whole", "half", "equal"])
             self.assertEqual([p["name"] for p in tilemesh.front(points, "ms")], ["none"])
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "-ms", "error")], ["whole"])
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "-error", "ms")], ["half", "equal"])
             self.assertEqual(tilemesh.front([], "ms"), [])
             self.assertEqual(tilemesh.read_points(out / "points.csv"), points)
             self.assertEqual(json.loads((out / "study.json").read_text()), {"machines": ["half", "whole"]})

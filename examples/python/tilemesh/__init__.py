@@ -359,19 +359,21 @@ def read_points(csv: Text) -> list[dict[str, Any]]:
 
 
 def front(points: Iterable[Mapping[str, Any]], *columns: str) -> list[dict[str, Any]]:
-    """The Pareto front of some columns, in which less is better: the points of which no other is at least as good in all columns and better
-    in one. Points without a number in a column are left out. Sorted by the first column."""
+    """The Pareto front of some columns: the points of which no other is at least as good in all columns and better in one. Less is better;
+    with a minus before its name ("-psnr_db"), more is better. Points without a number in a column are left out. Sorted by the first
+    column."""
     if not columns:
         raise Error("a front of no columns (it compares points by their columns); name at least one")
     points = [dict(p) for p in points]
-    for name in columns:
+    signs = {name.removeprefix("-"): -1 if name.startswith("-") else 1 for name in columns}
+    for name in signs:
         if points and not any(name in p for p in points):
             raise Error(f"no column {name} (the points have {', '.join(map(str, points[0]))}); name one of these")
 
     def numbers(point: Mapping[str, Any]) -> tuple[float, ...]:
-        return tuple(point[c] for c in columns)
+        return tuple(sign * point[c] for c, sign in signs.items())
 
-    whole = [p for p in points if all(isinstance(p.get(c), (int, float)) and p[c] == p[c] for c in columns)]
+    whole = [p for p in points if all(isinstance(p.get(c), (int, float)) and p[c] == p[c] for c in signs)]
     best = [p for p in whole
             if not any(all(a <= b for a, b in zip(numbers(q), numbers(p))) and numbers(q) != numbers(p) for q in whole)]
     return sorted(best, key=numbers)
