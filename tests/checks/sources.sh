@@ -114,7 +114,7 @@ refuse "README.md: public headers that tilemesh.hpp does not include" \
     "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mapping|mpi|poplar)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
     printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|mapping|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|$inside)\.hpp"
-    find ../../examples ../../tests/consumers -path ../../examples/page -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
+    find ../../examples ../../tests/consumers -path ../../examples/c -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
     } | sort -u | grep -vxF "$public" || true)"
 
 # Kernel code: what it includes.

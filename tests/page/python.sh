@@ -1,9 +1,9 @@
 #!/bin/sh
-# python.sh PYTHON LIBTILEMESH_C.so: examples/page/render.py renders a frame into numpy, and refuses a map that is none with one line.
+# python.sh PYTHON LIBTILEMESH_C.so: examples/c/render.py renders a frame into numpy, and refuses a map that is none with one line.
 # Where render_map was built beside the library without fused operations, the picture has the bits of render_map's.
 set -eu
 python=$1 library=$2
-script=$(dirname "$0")/../../examples/page/render.py
+script=$(dirname "$0")/../../examples/c/render.py
 render_map=$(dirname "$library")/render_map
 if ! "$python" -c 'import numpy' 2>/dev/null; then
     echo "skipped: $python has no numpy (apt-get install python3-numpy)"

@@ -473,7 +473,8 @@ private:
             if (run_.trace)
                 run_.trace->supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
                                                   this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {},
-                                                  engine::edge_of<Kernel>(typename Traits::Links{})});
+                                                  engine::edge_of<Kernel>(typename Traits::Links{}),
+                                                  this->template absent_a_side<Kernel>(typename Traits::Links{})});
         engine::Passed passed;
         passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});

@@ -449,6 +449,8 @@ protected: // for an engine that runs a part of the grid's rows
         constexpr auto l = Base::template index_of_link<C>();
         auto& me = source.me;
         for (Direction d : news) {
+            if constexpr (C::sends_to != Sides::all)
+                if (!contains(C::sends_to, d)) continue;
             auto const [head, items, capacity] = source.template out<C>(d);
             auto const n = head[0];
             if ((n | head[1]) == 0) continue;
@@ -676,7 +678,7 @@ protected: // for an engine that runs a part of the grid's rows
             using KernelLinks = typename KernelTraits<Kernel>::Links;
             if (keeps_trace()) [[unlikely]]
                 append_sample({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{})});
+                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{}), this->template absent_a_side<Kernel>(KernelLinks{})});
         }
         return failure;
     }

@@ -239,11 +239,25 @@ protected:
                         std::to_string(over) + " bytes over a tile's SRAM); give it fewer slots");
         }
     }
-    /// The bytes that the compile-time exchange after kernel K moves from a tile to each neighbour.
+    /// The bytes that the compile-time exchange after kernel K moves from a tile to a neighbour, if every channel has that side.
     template <class K, class... C>
     std::uint32_t capacity_a_side(machine::Types<C...>) const noexcept
     {
         return (0u + ... + (KernelTraits<K>::template writes<C> ? end_bytes<C>(link_capacity<C>()) : 0u));
+    }
+    /// The part of these bytes that it does not move to each side, because channels lack it.
+    template <class K, class... C>
+    std::array<std::uint32_t, 4> absent_a_side(machine::Types<C...>) const noexcept
+    {
+        std::array<std::uint32_t, 4> bytes{};
+        [[maybe_unused]] auto const add = [&](auto tag) {
+            using L = typename decltype(tag)::type;
+            if constexpr (KernelTraits<K>::template writes<L> && L::sends_to != Sides::all)
+                for (Direction d : news)
+                    if (!contains(L::sends_to, d)) bytes[index(d)] += end_bytes<L>(link_capacity<L>());
+        };
+        (add(machine::Tag<C>{}), ...);
+        return bytes;
     }
     /// The bytes that this exchange moves on all sides of all tiles.
     template <class K, class... C>
@@ -255,8 +269,11 @@ protected:
     template <class C>
     std::uint64_t sides() const noexcept
     {
-        auto const all = std::uint64_t{4} * grid_.size();
-        return C::edge == Edge::drop ? all - 2 * (std::uint64_t{grid_.width} + grid_.height) : all;
+        std::uint64_t sides = 0;
+        for (Direction d : news)
+            if (contains(C::sends_to, d))
+                sides += grid_.size() - (C::edge == Edge::drop ? d == Direction::north || d == Direction::south ? grid_.width : grid_.height : 0);
+        return sides;
     }
     /// The bytes of a message of C on the machine. `end_bytes` are the bytes of an end of C with n slots and its head.
     template <class C>
@@ -473,9 +490,11 @@ private:
             constexpr auto l = index_of_link<Link>();
             auto const host = sizes_.shares_memory[l] ? index_of_link<MemoryOf<Link>>() : l;
             bool const dynamic = gets_slots_by_limit<Link>();
-            auto const eight_ends = [&](std::uint32_t slots) { return std::uint64_t{8} * message_bytes<Link>() * slots; };
-            now[host] = std::max(now[host], eight_ends(dynamic ? link_capacity<Link>() : most_slots<Link>()));
-            built[host] = std::max(built[host], dynamic ? 0 : eight_ends(most_slots<Link>()));
+            auto const all_ends = [&](std::uint32_t slots) {
+                return (std::uint64_t{ends_in<Link>} + ends_out<Link>) * message_bytes<Link>() * slots;
+            };
+            now[host] = std::max(now[host], all_ends(dynamic ? link_capacity<Link>() : most_slots<Link>()));
+            built[host] = std::max(built[host], dynamic ? 0 : all_ends(most_slots<Link>()));
         };
         (add(machine::Tag<C>{}), ...);
         auto bytes = sizes_.sram_bytes;

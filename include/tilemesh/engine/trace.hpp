@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -23,10 +24,20 @@ struct TileSample {
 struct SuperstepSample {
     std::uint32_t step;              ///< number of the step in the program
     bool votes;                      ///< do tiles vote on another superstep or round? True for UntilQuiet and for the last step of a Loop
-    std::uint32_t capacity_bytes;    ///< bytes that a compile-time exchange moves from each tile to each neighbour; 0: no channel
+    std::uint32_t capacity_bytes;    ///< bytes that a compile-time exchange moves from each tile to a neighbour, if all channels have that side; 0: no channel
     bool sent;                       ///< did the exchange move a message or a note?
     std::vector<TileSample> tiles;
     Edge edge = Edge::reflect;       ///< of the channels that the kernel sends on; `reflect` if they differ
+    std::array<std::uint32_t, 4> absent_bytes{}; ///< of capacity_bytes, those of channels without this side (news)
+
+    /// The bytes that a compile-time exchange moves from each tile towards d; from each tile in all.
+    std::uint32_t capacity_towards(Direction d) const noexcept { return capacity_bytes - absent_bytes[index(d)]; }
+    std::uint64_t capacity_of_tile() const noexcept
+    {
+        std::uint64_t bytes = 0;
+        for (Direction d : news) bytes += capacity_towards(d);
+        return bytes;
+    }
     friend bool operator==(SuperstepSample const&, SuperstepSample const&) = default;
 };
 
@@ -118,6 +129,8 @@ template <class C, class Source>
 void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
 {
     for (Direction d : news) {
+        if constexpr (C::sends_to != Sides::all)
+            if (!contains(C::sends_to, d)) continue;
         if constexpr (C::edge == Edge::drop)
             if (Here const here = source.here(); !here.grid.delivers(here.tile, d, C::edge)) continue;
         auto const* const head = source.template out<C>(d).head;

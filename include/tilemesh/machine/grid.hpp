@@ -20,6 +20,42 @@ TILEMESH_KERNEL constexpr Direction opposite(Direction d) noexcept
     return news[3 - index(d)];
 }
 
+/// A set of sides: `Sides::east | Sides::south`.
+enum class Sides : std::uint32_t { none = 0, north = 1, east = 2, west = 4, south = 8, all = 15 };
+
+TILEMESH_KERNEL constexpr Sides operator|(Sides a, Sides b) noexcept
+{
+    return static_cast<Sides>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
+}
+TILEMESH_KERNEL constexpr bool contains(Sides sides, Direction d) noexcept
+{
+    return (static_cast<std::uint32_t>(sides) >> index(d) & 1u) != 0;
+}
+/// The sides opposite to those of a set.
+TILEMESH_KERNEL constexpr Sides opposite(Sides sides) noexcept
+{
+    auto const s = static_cast<std::uint32_t>(sides);
+    return static_cast<Sides>((s & 1u) << 3 | (s & 2u) << 1 | (s & 4u) >> 1 | (s & 8u) >> 3);
+}
+/// The number of sides in a set; `before`: of those that come before d in `news`.
+TILEMESH_KERNEL constexpr std::uint32_t count(Sides sides) noexcept
+{
+    auto const s = static_cast<std::uint32_t>(sides);
+    return (s & 1u) + (s >> 1 & 1u) + (s >> 2 & 1u) + (s >> 3 & 1u);
+}
+TILEMESH_KERNEL constexpr std::uint32_t before(Sides sides, Direction d) noexcept
+{
+    return count(static_cast<Sides>(static_cast<std::uint32_t>(sides) & ((1u << index(d)) - 1u)));
+}
+/// Side i of a set, in the order of `news`; i < count(sides).
+TILEMESH_KERNEL constexpr Direction side_of(Sides sides, std::uint32_t i) noexcept
+{
+    if (sides == Sides::all) return news[i];
+    for (std::uint32_t n = 0; n < 4; ++n)
+        if (contains(sides, news[n]) && i-- == 0) return news[n];
+    return news[0];
+}
+
 /// A tile's column and row in one word, so that a message can carry them. Each is below 65,536.
 struct TileId {
     std::uint32_t packed = 0;

@@ -29,19 +29,21 @@ struct Bind<X&, Source> {
 template <class C, class Source>
 struct Bind<In<C>, Source> {
     using R = typename C::Receiver;
-    TILEMESH_KERNEL static In<C> make(Source& s) noexcept
+    TILEMESH_KERNEL static In<C> make(Source& s) noexcept { return make(s, std::make_integer_sequence<std::uint32_t, ends_in<C>>{}); }
+    template <std::uint32_t... I>
+    TILEMESH_KERNEL static In<C> make(Source& s, std::integer_sequence<std::uint32_t, I...>) noexcept
     {
-        return {{R{s.template in<C>(news[0])}, R{s.template in<C>(news[1])}, R{s.template in<C>(news[2])},
-                 R{s.template in<C>(news[3])}}};
+        return {{R{s.template in<C>(side_of(C::receives_from, I))}...}};
     }
 };
 template <class C, class Source>
 struct Bind<Out<C>, Source> {
     using W = typename C::Sender;
-    TILEMESH_KERNEL static Out<C> make(Source& s) noexcept
+    TILEMESH_KERNEL static Out<C> make(Source& s) noexcept { return make(s, std::make_integer_sequence<std::uint32_t, ends_out<C>>{}); }
+    template <std::uint32_t... I>
+    TILEMESH_KERNEL static Out<C> make(Source& s, std::integer_sequence<std::uint32_t, I...>) noexcept
     {
-        return {{W{s.template out<C>(news[0])}, W{s.template out<C>(news[1])}, W{s.template out<C>(news[2])},
-                 W{s.template out<C>(news[3])}}};
+        return {{W{s.template out<C>(side_of(C::sends_to, I))}...}};
     }
 };
 template <class P, class Source>

@@ -64,6 +64,21 @@ constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] 
         return 0u;
     }
 }
+/// What a ledger says of a channel.
+template <class C>
+constexpr char const* channel_text() noexcept
+{
+    constexpr char const* texts[9] = {"",
+                                      "",
+                                      "channel, 2 ends",
+                                      "channel, 3 ends",
+                                      "channel, 4 ends",
+                                      "channel, 5 ends",
+                                      "channel, 6 ends",
+                                      "channel, 7 ends",
+                                      "channel, 8 ends"};
+    return texts[ends_in<C> + ends_out<C>];
+}
 /// A number of bytes in 32 bits, for a table's column. 2^32 - 1 also stands for every larger number.
 constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
 {
@@ -155,11 +170,11 @@ public:
             return sizeof(X) / 4;
         }
     }
-    /// The SRAM of channel C on one tile with this many slots: four ends in, four out. A channel without slots yet counts only its heads.
+    /// The SRAM of channel C on one tile with this many slots: of all its ends, in and out. A channel without slots yet counts only its heads.
     template <class C>
     static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
-        return 8 * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
+        return (ends_in<C> + ends_out<C>) * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
     /// The SRAM that channel C takes in addition to the channels whose memory it shares. A channel with its own memory takes all of it.
     template <class C, class Sizes>
@@ -173,6 +188,9 @@ public:
             static_assert(machine::contains<Host, Links>, "memory_of names a channel that this program does not use");
             static_assert(std::is_same_v<MemoryOf<Host>, Host>,
                           "memory_of names a channel that itself lies in another's memory; name that one");
+            static_assert(C::sends_to == Host::sends_to && C::receives_from == Host::receives_from,
+                          "memory_of names a channel with other sides or another edge (the ends of the two share memory, side by side); give "
+                          "both the same");
             if (!shares_memory<C>(sizes)) return mine;
             // The bytes beyond the host channel and the guests before this one.
             std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
@@ -192,7 +210,7 @@ public:
     template <class Sizes>
     static constexpr std::array<machine::Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
-        return {{machine::Region{name_of<L>(), "channel, 8 ends", detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
+        return {{machine::Region{name_of<L>(), detail::channel_text<L>(), detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
                  machine::Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
                  machine::Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
                  machine::Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};

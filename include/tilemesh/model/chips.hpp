@@ -38,7 +38,7 @@ public:
     std::uint32_t chips() const noexcept { return across_ * down_; }
 
     /// The bytes over the busiest border in one direction, if every link carries its capacity.
-    TILEMESH_HOST std::uint64_t of_capacity(std::uint32_t bytes_a_link) noexcept;
+    TILEMESH_HOST std::uint64_t of_capacity(SuperstepSample const& s) noexcept;
     /// The bytes over the busiest border in one direction, of the messages of a superstep.
     TILEMESH_HOST std::uint64_t of_messages(SuperstepSample const& s);
     /// The cycles of a border for so many bytes; 0 if none cross.

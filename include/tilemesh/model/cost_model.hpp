@@ -136,7 +136,7 @@ private:
     CostModel const& model_;
     Grid grid_;
     std::vector<NetworkNode> nodes_;
-    std::map<std::uint32_t, NetworkTime> of_capacity_;
+    std::map<std::array<std::uint32_t, 4>, NetworkTime> of_capacity_; ///< by the bytes towards each side
 };
 } // namespace model_detail
 

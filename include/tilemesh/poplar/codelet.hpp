@@ -59,12 +59,12 @@ class Codelet {
         template <class C>
         TILEMESH_KERNEL machine::Place in(Direction d) noexcept
         {
-            return list<typename C::Receiver>(vertex.reads[detail::reads_at<Kernel, In<C>>(Arguments{}) + index(d)]);
+            return list<typename C::Receiver>(vertex.reads[detail::reads_at<Kernel, In<C>>(Arguments{}) + before(C::receives_from, d)]);
         }
         template <class C>
         TILEMESH_KERNEL machine::Place out(Direction d) noexcept
         {
-            return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+            return list<typename C::Sender>(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + before(C::sends_to, d)]);
         }
         template <class P>
         TILEMESH_KERNEL P const* shared() noexcept
@@ -106,8 +106,8 @@ class Codelet {
         constexpr auto at = Traits::template reads<C> ? detail::reads_at<Kernel, In<C>>(Arguments{})
                                                       : detail::reads_at<Kernel, Out<C>>(Arguments{});
         std::uint32_t any = 0;
-        for (Direction d : news) {
-            auto const* const head = words(vertex.reads[at + index(d)]);
+        for (std::uint32_t i = 0; i < ends_in<C>; ++i) {
+            auto const* const head = words(vertex.reads[at + i]);
             any |= head[0] | head[1];
         }
         return any != 0;
@@ -128,8 +128,8 @@ class Codelet {
     TILEMESH_KERNEL static void empty_one([[maybe_unused]] Vertex& vertex) noexcept
     {
         if constexpr (Traits::template writes<C>)
-            for (Direction d : news) {
-                auto* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+            for (std::uint32_t i = 0; i < ends_out<C>; ++i) {
+                auto* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + i]);
                 head[0] = head[1] = 0;
             }
     }
@@ -154,10 +154,10 @@ class Codelet {
     {
         if constexpr (Traits::template writes<C>) {
             std::uint32_t messages = 0, notes = 0, peak = log[Log::template link_peak<C>()];
-            for (Direction d : news) {
-                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+            for (std::uint32_t i = 0; i < ends_out<C>; ++i) {
+                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + i]);
                 peak = head[0] > peak ? head[0] : peak;
-                if (!delivers<C>(vertex, d)) continue;
+                if (!delivers<C>(vertex, side_of(C::sends_to, i))) continue;
                 messages += head[0];
                 notes |= head[1];
             }
@@ -220,8 +220,9 @@ class Codelet {
     TILEMESH_KERNEL static void sent_bytes_of([[maybe_unused]] Vertex& vertex, [[maybe_unused]] PassSample& s) noexcept
     {
         if constexpr (Traits::template writes<C>)
-            for (Direction d : news) {
-                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + index(d)]);
+            for (std::uint32_t i = 0; i < ends_out<C>; ++i) {
+                auto const d = side_of(C::sends_to, i);
+                auto const* const head = words(vertex.sends[detail::sends_at<Kernel, C, traced>(Links{}) + i]);
                 if (delivers<C>(vertex, d) && (head[0] | head[1]) != 0) s.sent_bytes[index(d)] += C::end_bytes(head[0]);
             }
     }

@@ -17,8 +17,8 @@ constexpr std::uint32_t kernel_vertex_bytes(machine::Types<A...>, machine::Types
 {
     using Traits = KernelTraits<Kernel>;
     auto const edges = 3 + (0u + ... + (EdgesOf<Kernel, A>::reads + EdgesOf<Kernel, A>::keeps)) +
-                       (0u + ... + (Traits::template writes<C> ? 4u : 0u));
-    auto const forgotten = (0u + ... + (Traits::template writes<C> ? 0u : 4u)); // heads of mail that was only read
+                       (0u + ... + (Traits::template writes<C> ? ends_out<C> : 0u));
+    auto const forgotten = (0u + ... + (Traits::template writes<C> ? 0u : ends_in<C>)); // heads of mail that was only read
     return span_bytes * (3 + edges) + 8 * word_bytes + (forgotten == 0 ? 0 : span_bytes * (1 + forgotten));
 }
 template <class Step>
@@ -30,7 +30,7 @@ inline constexpr std::uint32_t control_bytes =
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, machine::Types<Step...>, machine::Types<L...>) noexcept
 {
-    auto const own = (0u + ... + (tilemesh::shares_memory<L>(sizes) ? 0u : 4u));
+    auto const own = (0u + ... + (tilemesh::shares_memory<L>(sizes) ? 0u : ends_in<L>));
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +

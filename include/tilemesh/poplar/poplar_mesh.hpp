@@ -138,13 +138,14 @@ public:
         auto& mirror = incoming_[Base::template index_of_link<C>()];
         auto const words = C::Receiver::words(this->template link_capacity<C>());
         auto const side = std::size_t{this->grid_.size()} * words;
-        if (mirror.data() == nullptr) mirror = engine::Arena(4 * side);
+        if (!contains(C::receives_from, d)) return C::Receiver::none();
+        if (mirror.data() == nullptr) mirror = engine::Arena(ends_in<C> * side);
         if (auto& stale = incoming_stale_[Base::template index_of_link<C>()]; stale && engine_) {
             execute(first_incoming + Base::template index_of_link<C>());
-            std::memcpy(mirror.data(), staging_.data(), 4 * side * 4);
+            std::memcpy(mirror.data(), staging_.data(), ends_in<C> * side * 4);
             stale = false;
         }
-        auto* const p = mirror.data() + index(d) * side + std::size_t{this->grid_.index_of(t)} * words;
+        auto* const p = mirror.data() + before(C::receives_from, d) * side + std::size_t{this->grid_.index_of(t)} * words;
         return typename C::Receiver{machine::Place{p, p + C::Receiver::head_words, this->template link_capacity<C>()}};
     }
 
@@ -387,7 +388,8 @@ private:
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             std::vector<poplar::Tensor> sides;
-            for (Direction d : news) sides.push_back(builder.template incoming<L>(d).flatten());
+            for (Direction d : news)
+                if (contains(L::receives_from, d)) sides.push_back(builder.template incoming<L>(d).flatten());
             poplar::program::Sequence q;
             deliver(q, engine::text(name_of<L>()) + " (mail)", poplar::concat(sides), staging_.data());
             programs.push_back(q);
@@ -518,13 +520,15 @@ private:
         trace_ = engine::begin_trace<Program>(counters);
         std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
         std::array<Edge, StepsOf<Program>::count + 1> edge{};
+        std::array<std::array<std::uint32_t, 4>, StepsOf<Program>::count + 1> absent{};
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
             using Kernel = KernelOf<std::decay_t<decltype(step)>>;
             capacity[i] = this->template capacity_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
             edge[i] = engine::edge_of<Kernel>(typename KernelTraits<Kernel>::Links{});
+            absent[i] = this->template absent_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
         });
         for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
-            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}, edge[s->step]};
+            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}, edge[s->step], absent[s->step]};
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
                 if (s->ran == 0) continue;
                 superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});

@@ -108,7 +108,7 @@ public:
     {
         return states_[machine::index_in<X>(States{})];
     }
-    /// {tiles, words} of the ends on which tiles receive from side d.
+    /// {tiles, words} of the ends on which tiles receive from side d, one of C::receives_from.
     template <class C>
     Tensor incoming(Direction d) const
     {
@@ -232,8 +232,8 @@ private:
         if (has_memory_of_its_own<C>())
             for (Direction d : news) {
                 static constexpr char const* side[4] = {" north", " east", " west", " south"};
-                in_[memory<C>()][index(d)] = per_tile(text<C>() + " from" + side[index(d)], words);
-                out_[memory<C>()][index(d)] = per_tile(text<C>() + " to" + side[index(d)], words);
+                if (contains(C::receives_from, d)) in_[memory<C>()][index(d)] = per_tile(text<C>() + " from" + side[index(d)], words);
+                if (contains(C::sends_to, d)) out_[memory<C>()][index(d)] = per_tile(text<C>() + " to" + side[index(d)], words);
             }
     }
     /// The words of an end of C.
@@ -250,7 +250,8 @@ private:
     template <class C>
     void clear_link(std::vector<Tensor>& heads) const
     {
-        for (Direction d : news) heads.push_back(in_[memory<C>()][index(d)].slice(0, C::Receiver::head_words, 1));
+        for (Direction d : news)
+            if (contains(C::receives_from, d)) heads.push_back(in_[memory<C>()][index(d)].slice(0, C::Receiver::head_words, 1));
     }
 
     // --- vertices -----------------------------------------------------------------------------------------------------
@@ -292,13 +293,15 @@ private:
     template <class K, class C>
     void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, In<C>*) const
     {
-        for (Direction d : news) reads.push_back(cut<C>(in_[memory<C>()][index(d)])[tile]);
+        for (Direction d : news)
+            if (contains(C::receives_from, d)) reads.push_back(cut<C>(in_[memory<C>()][index(d)])[tile]);
     }
     template <class K, class C>
     void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, Out<C>*) const
     {
         if constexpr (!KernelTraits<K>::template reads<C>)
-            for (Direction d : news) reads.push_back(in_[memory<C>()][index(d)][tile].slice(0, C::Receiver::head_words));
+            for (Direction d : news)
+                if (contains(C::receives_from, d)) reads.push_back(in_[memory<C>()][index(d)][tile].slice(0, C::Receiver::head_words));
     }
     template <class K, class P>
     void connect_end(std::vector<Tensor>& reads, std::uint32_t tile, Broadcast<P>*) const
@@ -328,7 +331,8 @@ private:
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             if constexpr (KernelTraits<K>::template writes<L>)
-                for (Direction d : news) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
+                for (Direction d : news)
+                    if (contains(L::sends_to, d)) sends.push_back(cut<L>(out_[memory<L>()][index(d)])[tile]);
         };
         (one(machine::Tag<C>{}), ...);
     }
@@ -401,7 +405,9 @@ private:
         [[maybe_unused]] auto const one = [&](auto tag) {
             using L = typename decltype(tag)::type;
             if constexpr (KernelTraits<K>::template writes<L>)
-                for (Direction d : news) exchange<L>(from, to, d);
+                for (Direction d : news) {
+                    if (contains(L::sends_to, d)) exchange<L>(from, to, d);
+                }
             else
                 clear_link<L>(read);
         };
@@ -414,7 +420,6 @@ private:
         auto const whole = [&](Tensor const& t) { return cut<C>(t).reshape({grid_.height, grid_.width, link_words<C>()}); };
         auto const sent = whole(out_[memory<C>()][index(d)]);
         auto const arrives = whole(in_[memory<C>()][index(opposite(d))]);
-        [[maybe_unused]] auto const returns = whole(in_[memory<C>()][index(d)]);
         unsigned const axis = d == Direction::north || d == Direction::south ? 0 : 1;
         std::size_t const n = axis == 0 ? grid_.height : grid_.width;
         bool const down = d == Direction::south || d == Direction::east; // towards larger coordinates
@@ -426,7 +431,7 @@ private:
         if (n > 1) add(sent.slice(down ? 0 : 1, down ? n - 1 : n, axis), arrives.slice(down ? 1 : 0, down ? n : n - 1, axis));
         [[maybe_unused]] std::size_t const other = n - 1 - edge;
         if constexpr (C::edge == Edge::reflect)
-            add(sent.slice(edge, edge + 1, axis), returns.slice(edge, edge + 1, axis));
+            add(sent.slice(edge, edge + 1, axis), whole(in_[memory<C>()][index(d)]).slice(edge, edge + 1, axis));
         else if constexpr (C::edge == Edge::wrap)
             add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
     }

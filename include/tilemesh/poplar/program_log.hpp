@@ -90,6 +90,7 @@ constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, machine::Typ
     ((h = mix(h, name_of<KernelOf<Step>>())), ...);
     ((h = mix_state<S>(h)), ...);
     ((h = mix(mix(mix(mix(h, name_of<L>()), L::static_capacity), L::Receiver::item_words), static_cast<std::uint32_t>(L::edge))), ...);
+    ((h = L::sends_to == Sides::all ? h : mix(h, static_cast<std::uint32_t>(L::sends_to))), ...);
     ((h = mix(mix(h, name_of<P>()), static_cast<std::uint32_t>(sizeof(P)))), ...);
     return h;
 }

@@ -23,11 +23,11 @@ struct EdgesOf<Kernel, X&> {
 };
 template <class Kernel, class C>
 struct EdgesOf<Kernel, In<C>> {
-    static constexpr std::uint32_t reads = 4, keeps = 0;
+    static constexpr std::uint32_t reads = ends_in<C>, keeps = 0;
 };
 template <class Kernel, class C>
 struct EdgesOf<Kernel, Out<C>> {
-    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template reads<C> ? 0 : 4, keeps = 0;
+    static constexpr std::uint32_t reads = KernelTraits<Kernel>::template reads<C> ? 0 : ends_in<C>, keeps = 0;
 };
 template <class Kernel, class P>
 struct EdgesOf<Kernel, Broadcast<P>> {
@@ -56,7 +56,7 @@ constexpr std::uint32_t sends_at(machine::Types<L...>) noexcept
 {
     std::uint32_t at = Sampled ? 2 : 1;
     bool found = false;
-    ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? 4 : 0), ...);
+    ((found = found || std::is_same_v<C, L>, at += !found && KernelTraits<Kernel>::template writes<L> ? ends_out<L> : 0), ...);
     return at;
 }
 } // namespace detail

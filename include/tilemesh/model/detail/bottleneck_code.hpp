@@ -115,7 +115,7 @@ TILEMESH_HOST std::string bottleneck_text(std::optional<Bottleneck> const& bottl
             auto const& s = trace.supersteps[i];
             if (s.step != b.step || cost.supersteps[i].exchange == 0) continue;
             ++paid;
-            capacity = std::max<std::uint64_t>(capacity, s.capacity_bytes);
+            for (Direction d : news) capacity = std::max<std::uint64_t>(capacity, s.capacity_towards(d));
             for (auto const& t : s.tiles) {
                 sent += all_sent(t);
                 for (auto const bytes : t.sent_bytes) fullest = std::max<std::uint64_t>(fullest, bytes);

@@ -37,12 +37,17 @@ TILEMESH_HOST Crossings::Crossings(Chips const& chips, Grid grid)
     bytes_.resize(std::size_t{4} * across_ * down_);
 }
 
-TILEMESH_HOST std::uint64_t Crossings::of_capacity(std::uint32_t bytes_a_link) noexcept
+TILEMESH_HOST std::uint64_t Crossings::of_capacity(SuperstepSample const& s) noexcept
 {
-    std::uint32_t const east = across_ > 1 ? std::min(chips_.rows, grid_.height) : 0;
-    std::uint32_t const south = down_ > 1 ? std::min(chips_.columns, grid_.width) : 0;
-    busiest_ = {NetworkResource::border, {0, 0}, east >= south ? 'e' : 's'};
-    return std::uint64_t{bytes_a_link} * std::max(east, south);
+    std::uint64_t const rows = across_ > 1 ? std::min(chips_.rows, grid_.height) : 0;
+    std::uint64_t const columns = down_ > 1 ? std::min(chips_.columns, grid_.width) : 0;
+    auto const east = s.capacity_towards(Direction::east), west = s.capacity_towards(Direction::west);
+    auto const south = s.capacity_towards(Direction::south), north = s.capacity_towards(Direction::north);
+    auto const along = rows * std::max(east, west), down = columns * std::max(south, north);
+    // The border east of the first chip or, if more goes the other way, west of the second; and so for south and north.
+    if (along >= down) busiest_ = {NetworkResource::border, {east >= west ? 0u : 1u, 0}, east >= west ? 'e' : 'w'};
+    else busiest_ = {NetworkResource::border, {0, south >= north ? 0u : 1u}, south >= north ? 's' : 'n'};
+    return std::max(along, down);
 }
 
 TILEMESH_HOST std::uint64_t Crossings::of_messages(SuperstepSample const& s)

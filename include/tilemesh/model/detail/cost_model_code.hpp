@@ -127,8 +127,8 @@ TILEMESH_HOST RunCost model_cost(CostModel const& m, Trace const& trace, Grid gr
             c.bound = time.bound;
         } else if (exchanges) {
             if (m.exchange_cost == ExchangeCost::capacity) {
-                bytes = std::uint64_t{4} * s.capacity_bytes;
-                c.crossing_bytes = crossings.of_capacity(s.capacity_bytes);
+                bytes = s.capacity_of_tile();
+                c.crossing_bytes = crossings.of_capacity(s);
             } else {
                 std::fill(received.begin(), received.end(), 0);
                 for (auto const& t : s.tiles)

@@ -140,7 +140,7 @@ TILEMESH_HOST Energy energy_of(EnergyModel const& energy, CostModel const& model
             all.add(count * grid.size(), each);
         };
         if (model.exchange_cost == ExchangeCost::capacity)
-            charge_all(capacity_byte, std::uint64_t{4} * s.capacity_bytes);
+            charge_all(capacity_byte, s.capacity_of_tile());
         charge_all(tile_cycle, cost.supersteps[i].total());
     }
     for (std::size_t event = 0; event < kinds.size(); ++event) out.events[event].joules = kinds[event].joules();

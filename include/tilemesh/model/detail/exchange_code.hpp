@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -71,7 +72,7 @@ TILEMESH_HOST std::vector<NetworkTransfer> exchange_transfers(Network const& net
                 auto const tile = grid.tile(t);
                 auto const edge = (d == Direction::east && tile.x() + 1 == grid.width) || (d == Direction::west && tile.x() == 0) ||
                                   (d == Direction::south && tile.y() + 1 == grid.height) || (d == Direction::north && tile.y() == 0);
-                send(t, edge ? t : grid.index_of(grid.neighbour(tile, d, superstep.edge)), d, superstep.capacity_bytes);
+                send(t, edge ? t : grid.index_of(grid.neighbour(tile, d, superstep.edge)), d, superstep.capacity_towards(d));
             }
         return out;
     }
@@ -115,12 +116,14 @@ TILEMESH_HOST NetworkPrices::NetworkPrices(CostModel const& model, Grid grid) : 
 TILEMESH_HOST NetworkTime NetworkPrices::of(SuperstepSample const& superstep)
 {
     bool const whole = model_.exchange_cost == ExchangeCost::capacity;
+    std::array<std::uint32_t, 4> sides{};
+    for (Direction d : news) sides[index(d)] = superstep.capacity_towards(d);
     if (whole)
-        if (auto const known = of_capacity_.find(superstep.capacity_bytes); known != of_capacity_.end()) return known->second;
+        if (auto const known = of_capacity_.find(sides); known != of_capacity_.end()) return known->second;
     auto const transfers = exchange_transfers(*model_.network, nodes_, superstep, grid_, model_.exchange_cost);
     auto const latency = model_.network->latency.value; // of an exchange that carries nothing
     auto const time = transfers.empty() ? NetworkTime{0, latency, latency, {}} : time_of(*model_.network, transfers);
-    if (whole) of_capacity_.emplace(superstep.capacity_bytes, time);
+    if (whole) of_capacity_.emplace(sides, time);
     return time;
 }
 

@@ -147,7 +147,7 @@ TILEMESH_HOST NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_
                 auto& use = uses[4 * std::size_t{place[t.tile] - 1} + index(d)];
                 ++use.supersteps;
                 use.bytes += bytes;
-                use.full = use.full && bytes == s->capacity_bytes;
+                use.full = use.full && bytes == s->capacity_towards(d);
                 use.notes_only = use.notes_only && (message_sides(t) >> index(d) & 1u) == 0;
             }
             live[t.tile] = static_cast<std::uint8_t>(live[t.tile] | message_sides(t));

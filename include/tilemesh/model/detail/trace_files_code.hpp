@@ -281,8 +281,9 @@ TILEMESH_HOST std::vector<double> heat_map(Trace const& trace, CostModel const& 
         for (auto const& s : trace.supersteps) {
             if (s.capacity_bytes == 0) continue;
             for (auto const& t : s.tiles)
-                for (auto const bytes : t.sent_bytes)
-                    most[t.tile] = std::max(most[t.tile], static_cast<double>(bytes) / static_cast<double>(s.capacity_bytes));
+                for (Direction d : news)
+                    if (auto const bytes = t.sent_bytes[index(d)]; bytes != 0)
+                        most[t.tile] = std::max(most[t.tile], static_cast<double>(bytes) / static_cast<double>(s.capacity_towards(d)));
         }
         return most;
     }

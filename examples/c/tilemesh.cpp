@@ -4,10 +4,12 @@
 #include "../render_map/followed_facts.hpp"
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
+#include "../shared/codecs.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <glm/vec3.hpp>
 #include <istream>
 #include <iterator>
@@ -20,11 +22,14 @@
 #include <streambuf>
 #include <string>
 #include <string_view>
+#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/config.hpp>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
+#include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/json.hpp>
@@ -33,12 +38,20 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 #include <vector>
 #if defined(__EMSCRIPTEN__)
 #    include <emscripten/heap.h>
+#else
+#    include <tilemesh/auto_renderer.hpp>
+#    include <tilemesh/fit_renderer.hpp>
+#    include <tilemesh/render/homes_choice.hpp>
+#    include <tilemesh/track/pose_evaluator.hpp>
+#    include <tilemesh/track/tracker.hpp>
 #endif
 
 namespace {
@@ -49,6 +62,22 @@ namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using Json = nlohmann::ordered_json;
 using tilemesh::Error;
+
+/// The page has one thread and no files, and leaves out the program of homes and the tracker.
+#if defined(__EMSCRIPTEN__)
+constexpr bool is_page = true;
+#else
+constexpr bool is_page = false;
+#endif
+
+/// Something that a frame has and that was not rendered.
+struct NoFrame : Error {
+    using Error::Error;
+};
+/// Something that this build of the library leaves out.
+struct NotBuilt : Error {
+    using Error::Error;
+};
 
 /// All presets on all machines, with a trace: the modelled time and most of the heat maps come from it.
 using Core = render::HostRenderer;
@@ -64,10 +93,10 @@ std::string dumped(Json const& json)
 /// A setting that is a whole number. `reads` and `writes` name the member of Settings.
 struct Settings {
     std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
-    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0;
-    std::string preset = "lossless", machine = "mk2", saturation = "preset";
+    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0, threads = 1;
+    std::string preset = "lossless", machine = "mk2", saturation = "preset", quality = "default", program = "anchored";
     std::array<double, 3> background{};
-    bool difference = false, digest = false;
+    bool difference = false, digest = false, depth = false, alpha = false, exposure = false;
     std::int64_t follow = -1;
 
     /// Do both need the same mesh?
@@ -75,8 +104,10 @@ struct Settings {
     {
         return width == o.width && height == o.height && tile_width == o.tile_width && tile_height == o.tile_height &&
                channel_slots == o.channel_slots && storage_slots == o.storage_slots && waiting_slots == o.waiting_slots && hops == o.hops &&
-               mesh == o.mesh && preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest;
+               mesh == o.mesh && preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest &&
+               threads == o.threads && quality == o.quality && program == o.program && depth == o.depth && alpha == o.alpha;
     }
+    bool anchored() const { return program == "anchored"; }
 };
 
 struct NumberSetting {
@@ -94,7 +125,8 @@ constexpr NumberSetting number_settings[] = {
     {"storage_slots", &Settings::storage_slots, 0, 0, "slots", "Records and copies that a tile stores; 0: the preset's number"},
     {"waiting_slots", &Settings::waiting_slots, 0, 0, "slots", "Records that wait in each FIFO of routing; 0: the preset's number"},
     {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"},
-    {"mesh", &Settings::mesh, 0, 1'000'000, "", "Number of the mesh; another number begins a new one"}};
+    {"mesh", &Settings::mesh, 0, 1'000'000, "", "Number of the mesh; another number begins a new one"},
+    {"threads", &Settings::threads, 1, is_page ? 1 : 256, "", "Threads of the host; the picture does not depend on them"}};
 
 struct ChoiceSetting {
     char const* name;
@@ -105,9 +137,14 @@ std::vector<ChoiceSetting> const& choice_settings()
 {
     static std::vector<ChoiceSetting> const all = {{"preset", &Settings::preset, {"lossless", "paper", "prototype"}},
                                                    {"machine", &Settings::machine, {"mk2", "test"}},
-                                                   {"saturation", &Settings::saturation, {"preset", "hold", "drop"}}};
+                                                   {"saturation", &Settings::saturation, {"preset", "hold", "drop"}},
+                                                   {"quality", &Settings::quality, {"default", "evaluation", "viewing", "on_sensor", "training"}},
+                                                   {"program", &Settings::program, {"anchored", "homes", "auto"}}};
     return all;
 }
+constexpr std::pair<char const*, bool Settings::*> flag_settings[] = {{"difference", &Settings::difference}, {"digest", &Settings::digest},
+                                                                     {"depth", &Settings::depth}, {"alpha", &Settings::alpha},
+                                                                     {"exposure", &Settings::exposure}};
 
 /// The slots of a tile on the machine `test`. render_map's has 40,000, which is more memory than a browser gives a page.
 constexpr std::uint32_t test_slots = 8000;
@@ -137,7 +174,8 @@ render::SetupChoice setup_of(Settings const& settings, std::uint32_t sh_degree)
     if (settings.saturation != "preset") setup.holds = settings.saturation == "hold";
     if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
     setup = render::fitted(setup, sh_degree, true, true);
-    return settings.machine == "test" ? roomy(setup, tiling_of(settings), test_slots) : setup;
+    if (settings.machine == "test") setup = roomy(setup, tiling_of(settings), test_slots);
+    return settings.depth || settings.alpha ? render::with_planes(setup, settings.depth, settings.alpha) : setup;
 }
 std::uint32_t preset_slots(splat::Sizes const& sizes, std::string_view name)
 {
@@ -152,13 +190,86 @@ tilemesh::RendererOptions options_of(Settings const& settings)
     options.storage_slots = settings.storage_slots;
     options.waiting_slots = settings.waiting_slots;
     options.digest = settings.digest;
+    options.threads = settings.threads;
+    for (auto const quality : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor, splat::Quality::training})
+        if (settings.quality == splat::name(quality)) options.quality = quality;
+    options.program = settings.anchored()            ? report::Program::anchored
+                      : settings.program == "homes" ? report::Program::homes
+                                                    : report::Program::automatic;
     return options;
 }
 
-/// Throws Error unless a renderer with these settings can be made for a map of this degree.
-void check(Settings const& settings, std::uint32_t sh_degree)
+#if !defined(__EMSCRIPTEN__)
+/// The choice of homes of the same machine, pixels and rules.
+render::HomesChoice homes_of(Settings const& settings, std::uint32_t sh_degree)
 {
     auto const setup = setup_of(settings, sh_degree);
+    render::HomesChoice homes;
+    homes.name = setup.name;
+    homes.machine = setup.machine;
+    homes.fit = true;
+    if (settings.machine == "test") homes.sizes.held = setup.sizes.storage;
+    homes.sh_degree = sh_degree;
+    homes.colour = setup.colour;
+    homes.depth = setup.depth;
+    homes.alpha = setup.alpha;
+    homes.rules = setup.rules;
+    return homes;
+}
+std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scene::Map const& map, tilemesh::RendererOptions const& options)
+{
+    auto const homes = homes_of(settings, map.sh_degree);
+    return homes.depth || homes.alpha ? render::make_homes_renderer<render::HomesPlanes>(map, homes, options)
+                                      : render::make_homes_renderer<>(map, homes, options);
+}
+/// Does something that only the anchored program has keep `auto` on it?
+bool stays_anchored(Settings const& settings, render::SetupChoice const& setup)
+{
+    return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
+}
+/// The renderer of the program homes or auto. It keeps no trace.
+std::unique_ptr<tilemesh::AnyRenderer> make_plain(Settings const& settings, scene::Map const& map)
+{
+    auto const options = options_of(settings);
+    if (settings.program == "homes") return make_homes(settings, map, options);
+    auto const setup = setup_of(settings, map.sh_degree);
+    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::facts_of(setup), options);
+    if (stays_anchored(settings, setup)) return anchored;
+    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
+    auto const for_homes = render::within(homes_of(settings, map.sh_degree), options);
+    return std::make_unique<tilemesh::AutoRenderer>(
+        std::move(anchored), [settings, for_homes](scene::Map const& of) { return make_homes(settings, of, for_homes); }, may_fit);
+}
+#endif
+
+/// Throws Error unless homes can render with these settings. Returns whether nothing keeps `auto` on the anchored program.
+bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] scene::Map const& map)
+{
+#if defined(__EMSCRIPTEN__)
+    throw NotBuilt("the program " + settings.program + " (this build has only the anchored program); set program to \"anchored\"");
+#else
+    if (settings.difference || settings.follow > 0)
+        throw Error("the program " + settings.program + " with " + (settings.difference ? "difference" : "follow") +
+                    " (only the anchored program has it); set program to \"anchored\", or leave it out");
+    bool const stays = stays_anchored(settings, setup_of(settings, map.sh_degree));
+    if (settings.program != "homes") return !stays;
+    if (stays)
+        throw Error("the program homes with drop, bounded hops or a tile's size (only the anchored program has these); leave them out, or set "
+                    "program to \"anchored\"");
+    auto const choice = homes_of(settings, map.sh_degree);
+    auto const options = options_of(settings);
+    render::check_limits(choice, options);
+    (void)render::layout_homes(choice, options, {settings.width, settings.height}, map.gaussians.size());
+    return true;
+#endif
+}
+
+/// Throws Error unless a renderer with these settings can be made for this map.
+void check(Settings const& settings, scene::Map const& map)
+{
+    bool const may_change = !settings.anchored() && check_homes(settings, map);
+    if (settings.program == "homes") return;
+    auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::facts_of(setup);
     for (auto const& s : number_settings) {
         auto const most = preset_slots(setup.sizes, s.name);
@@ -171,8 +282,9 @@ void check(Settings const& settings, std::uint32_t sh_degree)
     if (setup.sizes.one_channel_memory && settings.hops != 0)
         throw Error(std::string("bounded hops with preset ") + setup.name +
                     " (its routing and bloom take turns in one set of channels, which a bound would leave full); use preset lossless");
-    (void)render::layout_frame({{}, {settings.tile_width, settings.tile_height}}, settings.width, settings.height, facts.machine,
-                               facts.sizes.tile_pixels, facts.name);
+    if (!may_change) // else homes render a frame whose pixels have no room
+        (void)render::layout_frame({{}, {settings.tile_width, settings.tile_height}}, settings.width, settings.height, facts.machine,
+                                   facts.sizes.tile_pixels, facts.name);
 }
 
 /// The settings after a JSON object changed some of them.
@@ -218,7 +330,7 @@ Settings changed(Settings settings, std::string_view text)
                 settings.background[c] = value[c].get<double>();
             }
         }
-        for (auto const& [flag, member] : {std::pair("difference", &Settings::difference), std::pair("digest", &Settings::digest)}) {
+        for (auto const& [flag, member] : flag_settings) {
             if (name != flag) continue;
             known = true;
             if (!value.is_boolean()) refuse("it is true or false");
@@ -257,12 +369,13 @@ protected:
     pos_type seekpos(pos_type to, std::ios_base::openmode mode) override { return seekoff(off_type(to), std::ios_base::beg, mode); }
 };
 
-splat::Camera camera_of(double const* numbers, Settings const& settings)
+/// `origin`: what the reader subtracted from the means of the map.
+splat::Camera camera_of(double const* numbers, Settings const& settings, std::array<double, 3> const& origin)
 {
     if (numbers == nullptr) throw Error("no camera (its address is null); give 17 numbers");
     std::array<float, 17> f{};
     for (std::size_t i = 0; i < f.size(); ++i) {
-        f[i] = static_cast<float>(numbers[i]);
+        f[i] = static_cast<float>(numbers[i] - (i >= 9 && i < 12 ? origin[i - 9] : 0.0));
         if (!std::isfinite(numbers[i]) || !std::isfinite(f[i]))
             throw Error("number " + std::to_string(i) + " of a camera is not finite (a float must hold it); correct the camera");
     }
@@ -275,15 +388,108 @@ splat::Camera camera_of(double const* numbers, Settings const& settings)
     render::check_camera(camera);
     return camera;
 }
-Json numbers_of(splat::Camera const& camera)
+/// The 17 numbers of a camera, in the coordinates of the map's file.
+std::array<double, 17> numbers_of(splat::Camera const& camera, std::array<double, 3> const& origin)
 {
-    auto json = Json::array();
-    for (auto const& row : camera.rotation)
-        for (float const v : row) json.push_back(double{v});
-    for (float const v : camera.position) json.push_back(double{v});
-    for (float const v : {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth}) json.push_back(double{v});
-    return json;
+    std::array<double, 17> numbers{};
+    for (std::size_t i = 0; i < 9; ++i) numbers[i] = double{camera.rotation[i / 3][i % 3]};
+    for (std::size_t i = 0; i < 3; ++i) numbers[9 + i] = double{camera.position[i]} + origin[i];
+    std::size_t at = 12;
+    for (float const v : {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth}) numbers[at++] = double{v};
+    return numbers;
 }
+
+#if !defined(__EMSCRIPTEN__)
+// --- the tracker ------------------------------------------------------------------------------------------------------------
+
+/// The median depth of the pixels that a view covers by more than a half. Throws Error if there is none.
+double median_depth(tilemesh::RenderedFrame const& frame)
+{
+    std::vector<float> depths;
+    for (std::size_t i = 0; i < frame.depth.values.size(); ++i)
+        if (frame.alpha.values[i] > 0.5f) depths.push_back(frame.depth.values[i]);
+    if (depths.empty())
+        throw Error("the view of the first camera shows nothing of the map (no pixel is half covered); choose another camera");
+    auto const middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    return double{*middle};
+}
+
+/// A tracker of one map, with its mesh. The poses are those of the map without its origin.
+class Tracking {
+public:
+    Tracking(scene::Map const& map, Settings const& settings, splat::Camera const& start, bool with_depth)
+        : size_{settings.width, settings.height}, with_depth_(with_depth), lens_(scene::lens_of(start)),
+          scale_(scale_of(map, settings, start)), evaluate_(map, {size_.width, size_.height}, {settings.threads, {}}),
+          tracker_(lens_, scale_, scene::pose_of(start), options(with_depth))
+    {
+        auto& how = evaluate_.options();
+        how.with_depth = with_depth;
+        how.with_exposure = settings.exposure;
+        how.scene_depth = static_cast<float>(scale_);
+    }
+
+    Json track(float const* rgb, float const* depth, std::size_t pixels, double seconds, std::array<double, 3> const& origin,
+               double* camera)
+    {
+        auto const all = std::size_t{size_.width} * size_.height;
+        if (rgb == nullptr) throw Error("no picture to track (its address is null); give 3 floats a pixel");
+        if (pixels != all)
+            throw Error("a picture of " + std::to_string(pixels) + " pixels (the tracker began with " + std::to_string(size_.width) +
+                        " x " + std::to_string(size_.height) + ", which are " + std::to_string(all) +
+                        "); give a picture of that size, or begin again");
+        if (with_depth_ && depth == nullptr)
+            throw Error("no depth of the picture (its address is null, and the tracker began with depth); give one, or begin without");
+        if (!std::isfinite(seconds))
+            throw Error("a time stamp that is not finite (the prediction needs the time between frames); give seconds");
+        tilemesh::track::TrackTarget target{report::Image(size_.width, size_.height), {}};
+        std::copy(rgb, rgb + 3 * all, target.colour.rgb.begin());
+        if (with_depth_) {
+            target.depth = report::Plane(size_.width, size_.height);
+            std::copy(depth, depth + all, target.depth.values.begin());
+        }
+        evaluate_.set_target(std::move(target));
+        auto const f = tracker_.track_at(evaluate_, seconds);
+        auto const numbers = numbers_of(f.pose, origin);
+        if (camera != nullptr) std::copy(numbers.begin(), numbers.end(), camera);
+        return {{"verdict", tilemesh::track::name_of(f.verdict)}, {"why", f.why}, {"seconds", seconds}, {"camera", numbers},
+                {"mean_cost", f.mean_cost}, {"evaluations", f.solution.evaluations},
+                {"exposure", {{"log_gain", f.exposure.log_gain}, {"offset", f.exposure.offset}}}, {"median_depth", scale_}};
+    }
+
+private:
+    static tilemesh::track::TrackerOptions options(bool with_depth)
+    {
+        tilemesh::track::TrackerOptions how;
+        how.rows_per_pixel = with_depth ? 4.0 : 3.0;
+        return how;
+    }
+    static double scale_of(scene::Map const& map, Settings const& settings, splat::Camera const& start)
+    {
+        auto const setup = render::with_planes(render::fitted(render::choice_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
+        tilemesh::RendererOptions how;
+        how.threads = settings.threads;
+        return median_depth(Core(map, render::facts_of(setup), how, {}).render(start));
+    }
+    /// In doubles, which a pose has and a camera of floats has not.
+    std::array<double, 17> numbers_of(scene::Pose const& pose, std::array<double, 3> const& origin) const
+    {
+        std::array<double, 17> numbers{};
+        for (int i = 0; i < 9; ++i) numbers[static_cast<std::size_t>(i)] = pose.rotation[i % 3][i / 3];
+        for (int i = 0; i < 3; ++i) numbers[static_cast<std::size_t>(9 + i)] = pose.position[i] + origin[static_cast<std::size_t>(i)];
+        std::size_t at = 12;
+        for (double const v : {lens_.fx, lens_.fy, lens_.cx, lens_.cy, double{lens_.near_depth}}) numbers[at++] = v;
+        return numbers;
+    }
+
+    scene::Size size_;
+    bool with_depth_;
+    scene::Intrinsics lens_;
+    double scale_;
+    tilemesh::track::PoseEvaluator evaluate_;
+    tilemesh::track::Tracker tracker_;
+};
+#endif
 
 // --- the machine, superstep by superstep -------------------------------------------------------------------------------------
 
@@ -388,49 +594,53 @@ std::uint64_t memory_bytes()
 
 struct tilemesh_handle {
     tilemesh_handle() : model_(tilemesh::mk2()) {}
+    tilemesh_handle(tilemesh_handle const&) = delete; // the core's observer points at it
+    tilemesh_handle& operator=(tilemesh_handle const&) = delete;
 
     void load(char const* name, void const* bytes, std::size_t length)
     {
         auto map = bytes == nullptr ? scene::built_in_map() : read_map(name, bytes, length);
-        if (map.gaussians.empty())
-            throw Error((map.path.empty() ? map.name : map.path) + " has no Gaussians that can be drawn (" + std::to_string(map.rejected) +
-                        " rows are rejected); choose another map");
-        check(settings_, map.sh_degree);
-        map_ = std::move(map);
-        forget();
+        take(std::move(map));
+    }
+    void load_file([[maybe_unused]] char const* path)
+    {
+        if (path == nullptr) throw Error("no map (the path is null); name a file, or a folder of SOG");
+#if defined(__EMSCRIPTEN__)
+        throw NotBuilt("a map in a file (this build has no files); give its bytes to tilemesh_load");
+#else
+        take(scene::load_map(std::filesystem::path(path), shared::codecs(), scene::FarMeans::moved));
+#endif
     }
     void set(char const* json)
     {
         if (json == nullptr) return;
         ensure_map();
         auto settings = changed(settings_, json);
-        check(settings, map_->sh_degree);
+        check(settings, *map_);
         settings_ = std::move(settings);
     }
     void render_frame(double const* numbers)
     {
-        auto const camera = camera_of(numbers, settings_);
         ensure_map();
-        if (!core_ || !settings_.same_mesh(used_)) {
-            has_frame_ = false;
-            core_.reset(); // first, because two machines may not fit into memory
-            watch_ = {};
-            facts_ = {};
-            Core::EngineOptions engine;
-            engine.trace = true;
-            core_ = std::make_unique<Core>(*map_, tilemesh::render::facts_of(setup_of(settings_, map_->sh_degree)), options_of(settings_), engine);
-            core_->observe([this](tilemesh::SuperstepEvent const& event) {
-                watch_.look(*core_, event);
-                if (settings_.follow > 0)
-                    facts_.read(*core_, event, watch_.supersteps.size() - 1, splat::GaussianId{static_cast<std::uint32_t>(settings_.follow)}, follower_);
-            });
-        }
+        auto const camera = camera_of(numbers, settings_, map_->origin);
+        if ((!core_ && !plain_) || !settings_.same_mesh(used_)) make_renderer();
         has_frame_ = false;
-        for (std::size_t c = 0; c < 3; ++c) core_->rules().background[c] = static_cast<float>(settings_.background[c]);
+        auto& rules = plain_ ? plain_->rules() : core_->rules();
+        for (std::size_t c = 0; c < 3; ++c) rules.background[c] = static_cast<float>(settings_.background[c]);
         watch_.begin_frame(0);
         follower_.begin_frame();
-        core_->render_into(camera, frame_);
-        cost_ = model_cost(model_, core_->trace(), core_->mesh().grid());
+        cost_ = {};
+        if (plain_) {
+            try {
+                frame_ = plain_->render(camera);
+            } catch (...) {
+                plain_.reset();
+                throw;
+            }
+        } else {
+            core_->render_into(camera, frame_);
+            cost_ = model_cost(model_, core_->trace(), core_->mesh().grid());
+        }
         used_ = settings_;
         camera_ = camera;
         complete_ = nullptr;
@@ -438,16 +648,47 @@ struct tilemesh_handle {
         describe();
         has_frame_ = true;
     }
+    void begin_tracking([[maybe_unused]] double const* numbers, [[maybe_unused]] bool with_depth)
+    {
+#if defined(__EMSCRIPTEN__)
+        throw NotBuilt("tracking (this build leaves it out); use the native library");
+#else
+        ensure_map();
+        auto const camera = camera_of(numbers, settings_, map_->origin);
+        tracking_.reset(); // first, because two machines may not fit into memory
+        tracked_ = nullptr;
+        tracking_ = std::make_unique<Tracking>(*map_, settings_, camera, with_depth);
+#endif
+    }
+    void track([[maybe_unused]] float const* rgb, [[maybe_unused]] float const* depth, [[maybe_unused]] std::size_t pixels,
+               [[maybe_unused]] double seconds, [[maybe_unused]] double* camera)
+    {
+#if defined(__EMSCRIPTEN__)
+        throw NotBuilt("tracking (this build leaves it out); use the native library");
+#else
+        if (!tracking_) throw NoFrame("no tracker (none began with this map); call tilemesh_track_begin first");
+        tracked_ = tracking_->track(rgb, depth, pixels, seconds, map_->origin, camera);
+#endif
+    }
 
     void const* pixels(std::string_view what)
     {
         need_frame();
         if (what == "rgb_float") return frame_.image.rgb.data();
         if (what == "rgba") return painted(frame_.image);
+        if (what == "depth" || what == "alpha") {
+            auto const& plane = what == "depth" ? frame_.depth : frame_.alpha;
+            if (plane.values.empty())
+                throw NoFrame("no picture \"" + std::string(what) + "\" of this frame (the setting " + std::string(what) +
+                              " was false); set it to true and render again");
+            return plane.values.data();
+        }
         if (what != "difference" && what != "complete")
-            throw Error("no picture \"" + std::string(what.substr(0, 40)) + "\" (there are rgba, rgb_float, difference and complete); name one of these");
+            throw Error("no picture \"" + std::string(what.substr(0, 40)) +
+                        "\" (there are rgba, rgb_float, depth, alpha, difference and complete); name one of these");
         if (complete_ == nullptr)
-            throw Error("no picture \"" + std::string(what) + "\" of this frame (the setting difference was false); set it to true and render again");
+            throw NoFrame("no picture \"" + std::string(what) +
+                          "\" of this frame (the setting difference was false); set it to true and render again");
         return what == "complete" ? painted(*complete_) : painted_difference();
     }
 
@@ -455,8 +696,15 @@ struct tilemesh_handle {
     {
         if (what == "map") return answer(dumped(map_json()));
         if (what == "settings") return answer(dumped(settings_json()));
+        if (what == "build") return answer(dumped(build_json()));
+        if (what == "track") {
+            if (tracked_.is_null()) throw NoFrame("no tracked frame (none was tracked on this map); call tilemesh_track first");
+            return answer(dumped(tracked_));
+        }
         if (what != "frame" && what != "run" && what != "supersteps" && what != "digest")
-            throw Error("no report \"" + std::string(what.substr(0, 40)) + "\" (there are map, settings, frame, run, supersteps and digest); name one of these");
+            throw Error("no report \"" + std::string(what.substr(0, 40)) +
+                        "\" (there are map, settings, build, frame, run, supersteps, digest and track); name one of these");
+        if (what == "supersteps") need_trace();
         need_frame();
         if (what == "digest") return answer(dumped({{"picture", hexadecimal(digest_of(frame_.image))}, {"counters", hexadecimal(digest_of(frame_.report))}}));
         if (what == "run") {
@@ -478,23 +726,32 @@ struct tilemesh_handle {
     {
         try {
             error_.clear();
+            code_ = TILEMESH_OK;
             return act();
         } catch (std::bad_alloc const&) {
-            tell("memory is short (the picture, the map or the machine is too large); use a smaller one");
+            tell(TILEMESH_NO_MEMORY, "memory is short (the picture, the map or the machine is too large); use a smaller one");
+        } catch (NoFrame const& why) {
+            tell(TILEMESH_NO_FRAME, why.what());
+        } catch (NotBuilt const& why) {
+            tell(TILEMESH_NOT_BUILT, why.what());
+        } catch (Error const& why) {
+            tell(TILEMESH_BAD_INPUT, why.what());
         } catch (std::exception const& why) {
-            tell(why.what());
+            tell(TILEMESH_FAULT, why.what(), "a fault of the library (", "); report it");
         } catch (...) {
-            tell("an error without a text (the program is at fault); report it");
+            tell(TILEMESH_FAULT, "an error without a text (the program is at fault); report it");
         }
         return failed;
     }
     char const* error() const noexcept { return error_.c_str(); }
+    int code() const noexcept { return code_; }
 
 private:
-    void tell(char const* text) noexcept
+    void tell(tilemesh_status code, char const* text, char const* before = "", char const* after = "") noexcept
     {
+        code_ = code;
         try {
-            error_ = as_utf8(text);
+            error_ = as_utf8((std::string(before) + text + after).c_str());
             std::replace_if(error_.begin(), error_.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
         } catch (...) {
             error_.clear();
@@ -512,27 +769,79 @@ private:
             throw Error("a map of " + std::to_string(length) + " bytes (no memory holds it); give the length of the file");
         Bytes buffer(bytes, length);
         std::istream stream(&buffer);
-        return scene::read_map(stream, name != nullptr ? name : "a file");
+        return scene::read_map(stream, name != nullptr ? name : "a file", shared::codecs(), scene::FarMeans::moved);
+    }
+    void take(scene::Map map)
+    {
+        if (map.gaussians.empty())
+            throw Error((map.path.empty() ? map.name : map.path) + " has no Gaussians that can be drawn (" + std::to_string(map.rejected) +
+                        " rows are rejected); choose another map");
+        check(settings_, map);
+        map_ = std::move(map);
+        forget();
+    }
+    void make_renderer()
+    {
+        forget_frame(); // first, because two machines may not fit into memory
+        watch_ = {};
+        facts_ = {};
+#if !defined(__EMSCRIPTEN__)
+        if (!settings_.anchored()) {
+            plain_ = make_plain(settings_, *map_);
+            return;
+        }
+#endif
+        Core::EngineOptions engine;
+        engine.trace = true;
+        auto const setup = setup_of(settings_, map_->sh_degree);
+        core_ = std::make_unique<Core>(*map_, render::facts_of(setup), options_of(settings_), engine);
+        core_->observe([this](tilemesh::SuperstepEvent const& event) {
+            watch_.look(*core_, event);
+            splat::GaussianId const followed{static_cast<std::uint32_t>(settings_.follow)};
+            if (settings_.follow > 0) facts_.read(*core_, event, watch_.supersteps.size() - 1, followed, follower_);
+        });
     }
     void ensure_map()
     {
         if (!map_) map_ = scene::built_in_map();
     }
-    void forget()
+    void forget_frame()
     {
         core_.reset();
+        plain_.reset();
         has_frame_ = false;
+    }
+    void forget()
+    {
+        forget_frame();
+#if !defined(__EMSCRIPTEN__)
+        tracking_.reset();
+#endif
+        tracked_ = nullptr;
     }
     void need_frame() const
     {
-        if (!has_frame_ || !core_) throw Error("no frame (none was rendered of this map); call tilemesh_render first");
+        if (!has_frame_ || (!core_ && !plain_)) throw NoFrame("no frame (none was rendered of this map); call tilemesh_render first");
+    }
+    void need_trace() const
+    {
+        need_frame();
+        if (!core_)
+            throw NoFrame("no trace of this frame (the program " + used_.program +
+                          " rendered it, and only the anchored program keeps one); set program to \"anchored\" and render again");
     }
     char const* answer(std::string text)
     {
         text_ = std::move(text);
         return text_.c_str();
     }
-    tilemesh::Grid grid() const { return core_->mesh().grid(); }
+    tilemesh::Grid grid() const { return plain_ ? tilemesh::Grid{plain_->grid().width, plain_->grid().height} : core_->mesh().grid(); }
+    tilemesh::Extent2 tile_size() const
+    {
+        return plain_ ? plain_->tile() : tilemesh::Extent2{core_->tiling().tile_width, core_->tiling().tile_height};
+    }
+    render::SetupFacts const& facts() const { return plain_ ? plain_->facts() : core_->facts(); }
+    splat::Rules const& rules() const { return plain_ ? plain_->rules() : core_->rules(); }
     bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
 
     /// Blends the records of the view without a mesh: every tile gets each record that touches it.
@@ -622,8 +931,9 @@ private:
         json["rejected"] = map_->rejected;
         json["sh_degree"] = map_->sh_degree;
         json["notes"] = map_->notes;
-        json["start"] = numbers_of(is_built_in() ? scene::built_in_camera(size) : scene::frame_whole(*map_, size));
-        json["target"] = {centre.x, centre.y, centre.z};
+        auto const& origin = map_->origin;
+        json["start"] = numbers_of(is_built_in() ? scene::built_in_camera(size) : scene::frame_whole(*map_, size), origin);
+        json["target"] = {centre.x + origin[0], centre.y + origin[1], centre.z + origin[2]};
         json["up"] = {0, -1, 0};
         return json;
     }
@@ -646,25 +956,43 @@ private:
         limits["tile_width"]["used"] = tiling.tile_width;
         limits["tile_height"]["used"] = tiling.tile_height;
         json["background"] = settings_.background;
-        json["difference"] = settings_.difference;
+        for (auto const& [name, member] : flag_settings) json[name] = settings_.*member;
         json["follow"] = settings_.follow;
-        json["digest"] = settings_.digest;
         json["limits"] = std::move(limits);
         json["choices"] = std::move(choices);
         return json;
     }
+    static Json build_json()
+    {
+        auto const codecs = shared::codecs();
+        auto formats = Json::array({"ply", "compressed ply", "splat"});
+        if (codecs.gzip != nullptr) formats.push_back("spz");
+        if (codecs.zstd != nullptr) formats.push_back("spz 4");
+        if (codecs.webp_read != nullptr && codecs.deflate != nullptr) formats.push_back("sog");
+#if defined(__FMA__)
+        bool const fused = true;
+#else
+        bool const fused = false;
+#endif
+        return {{"interface", TILEMESH_C_VERSION}, {"library", TILEMESH_VERSION}, {"formats", formats},
+                {"fused", fused}, {"tracker", !is_page}, {"files", !is_page}};
+    }
     /// Describes the last frame as a run of one frame.
     void describe()
     {
-        auto const& facts = core_->facts();
-        auto const& rules = core_->rules();
-        auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
+        auto const& facts = this->facts();
+        auto const& rules = this->rules();
+        auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
+        bool const homes = frame_.report.program == report::Program::homes;
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
         run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
-                        limited(used_.channel_slots, facts.sizes.beam), facts.ledger};
+                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), facts.ledger};
         run_.preset = facts.name;
         run_.engine = "threads";
+        run_.program = options_of(used_).program;
+        run_.threads = used_.threads;
+        run_.quality = used_.quality;
         run_.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
         run_.background = {rules.background[0], rules.background[1], rules.background[2]};
         run_.policies = {splat::RowFirst::name,
@@ -676,13 +1004,12 @@ private:
                          rules.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
                          used_.hops,
                          0};
-        auto const& tiling = core_->tiling();
         report::RunFrame frame;
         frame.report = frame_.report;
         frame.image = "the picture";
         frame.grid = {grid().width, grid().height};
-        frame.tile_px = {tiling.tile_width, tiling.tile_height};
-        frame.modelled = report::Modelled{model_.name, cost_.cycles, milliseconds(model_, cost_.cycles)};
+        frame.tile_px = {tile_size().width, tile_size().height};
+        if (core_) frame.modelled = report::Modelled{model_.name, cost_.cycles, milliseconds(model_, cost_.cycles)};
         run_.frames.push_back(std::move(frame));
         run_.advice = advice();
     }
@@ -695,7 +1022,7 @@ private:
         if (r.losses(report::Cause::unplaced) + r.losses(report::Cause::storage_full) != 0) {
             if (!r.full_tiles) add("tiles were full only while records were on their way; more storage slots give room");
             else add("the fullest tile needs " + report::thousands(r.full_tiles->slots_needed) + " storage slots and has " + report::thousands(r.full_tiles->slots_available) +
-                     (core_->facts().machine.sram_bytes > tilemesh::Mk2::sram_bytes ? "" : "; the machine \"test\" has more"));
+                     (facts().machine.sram_bytes > tilemesh::Mk2::sram_bytes ? "" : "; the machine \"test\" has more"));
         }
         if (r.losses(report::Cause::channel_full) != 0) add("with saturation \"hold\", records wait for a free slot in a channel");
         if (r.losses(report::Cause::late) != 0) add("with hops 0 a frame ends when all records have arrived");
@@ -704,17 +1031,23 @@ private:
     Json frame_json() const
     {
         auto const& r = frame_.report;
-        auto const& tiling = core_->tiling();
+        auto const tile = tile_size();
         auto const whole = static_cast<std::uint64_t>(
             std::count_if(r.lost.begin(), r.lost.end(), [](report::Loss const& loss) { return loss.tile == report::Loss::whole; }));
         Json json = {{"width", r.width}, {"height", r.height}, {"columns", grid().width}, {"rows", grid().height},
-                     {"tile_width", tiling.tile_width}, {"tile_height", tiling.tile_height}, {"host_ms", r.host_ms.total},
-                     {"modelled_ms", milliseconds(model_, cost_.cycles)}, {"modelled_cycles", cost_.cycles}, {"cost_model", model_.name},
-                     {"supersteps", core_->trace().supersteps.size()}, {"visible", r.gaussians.visible}, {"moved", r.gaussians.moved},
+                     {"tile_width", tile.width}, {"tile_height", tile.height}, {"program", to_string(r.program)}, {"host_ms", r.host_ms.total},
+                     {"modelled_ms", nullptr}, {"modelled_cycles", nullptr}, {"cost_model", nullptr}, {"supersteps", nullptr},
+                     {"visible", r.gaussians.visible}, {"moved", r.gaussians.moved},
                      {"held", r.gaussians.held}, {"copies", r.copies}, {"lost_records", whole}, {"lost_copies", r.lost_copies},
                      {"late_copies", r.late_copies},
                      {"refused", r.refused.channel_full + r.refused.no_credit + r.refused.storage_full + r.refused.copies_full + r.refused.copies_refused},
-                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", core_->facts().record_bytes}};
+                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", facts().record_bytes}};
+        if (core_) {
+            json["modelled_ms"] = milliseconds(model_, cost_.cycles);
+            json["modelled_cycles"] = cost_.cycles;
+            json["cost_model"] = model_.name;
+            json["supersteps"] = core_->trace().supersteps.size();
+        }
         json["missing"] = render_map::missing_text(run_);
         json["advice"] = run_.advice;
         json["difference"] = nullptr;
@@ -802,7 +1135,12 @@ private:
     tilemesh::CostModel model_;
     std::optional<scene::Map> map_; ///< empty: the built-in map, until it is needed
     Settings settings_, used_; ///< now; of the last frame
-    std::unique_ptr<Core> core_;
+    std::unique_ptr<Core> core_;                   ///< the anchored program, with a trace
+    std::unique_ptr<tilemesh::AnyRenderer> plain_; ///< homes or auto, without; at most one of the two exists
+#if !defined(__EMSCRIPTEN__)
+    std::unique_ptr<Tracking> tracking_;
+#endif
+    Json tracked_; ///< null: no frame
     Watch watch_;
     render_map::FollowedFacts<Core> facts_;
     render_map::Follower follower_;
@@ -814,13 +1152,14 @@ private:
     report::RunReport run_;
     bool has_frame_ = false;
     std::string text_, error_;
+    tilemesh_status code_ = TILEMESH_OK;
     std::vector<unsigned char> bytes_;
     std::vector<float> heat_;
 };
 
 float const* tilemesh_handle::heat(std::string_view what, int superstep)
 {
-    need_frame();
+    need_trace();
     auto const& trace = core_->trace();
     auto const count = trace.supersteps.size();
     if (superstep < -1 || superstep >= static_cast<int>(count))
@@ -858,7 +1197,7 @@ float const* tilemesh_handle::heat(std::string_view what, int superstep)
 
 char const* tilemesh_handle::tile(std::uint32_t index)
 {
-    need_frame();
+    need_trace();
     if (index >= grid().size())
         throw Error("tile " + std::to_string(index) + " (the grid has " + std::to_string(grid().size()) + " tiles, from 0); name one of these");
     auto const& mesh = std::as_const(core_->mesh());
@@ -932,7 +1271,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
 
 char const* tilemesh_handle::gaussian(std::uint32_t id)
 {
-    need_frame();
+    need_trace();
     auto const* const g = find(id);
     Json json = {{"id", id}, {"state", "not in the map"}, {"anchor", nullptr}, {"copies", Json::array()}, {"mean", nullptr},
                  {"opacity", nullptr}, {"missing", Json::array()}};
@@ -959,7 +1298,8 @@ char const* tilemesh_handle::gaussian(std::uint32_t id)
         }
         if (state == "with the host" && core_->facts().policies.holds == 0) state = "lost";
         json["state"] = state;
-        json["mean"] = {g->mean_world[0], g->mean_world[1], g->mean_world[2]};
+        json["mean"] = Json::array();
+        for (std::size_t i = 0; i < 3; ++i) json["mean"].push_back(double{g->mean_world[i]} + map_->origin[i]);
         json["opacity"] = g->opacity;
         json["missing"] = std::move(missing);
     }
@@ -1035,6 +1375,26 @@ void tilemesh_destroy(tilemesh_handle* handle)
 char const* tilemesh_error(tilemesh_handle const* handle)
 {
     return handle != nullptr ? handle->error() : "no handle (its address is null); make one with tilemesh_create";
+}
+int tilemesh_error_code(tilemesh_handle const* handle)
+{
+    return handle != nullptr ? handle->code() : TILEMESH_BAD_INPUT;
+}
+int tilemesh_version(void)
+{
+    return TILEMESH_C_VERSION;
+}
+int tilemesh_load_file(tilemesh_handle* handle, char const* path)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->load_file(path), 1; });
+}
+int tilemesh_track_begin(tilemesh_handle* handle, double const* camera, int with_depth)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->begin_tracking(camera, with_depth != 0), 1; });
+}
+int tilemesh_track(tilemesh_handle* handle, float const* rgb, float const* depth, size_t pixels, double seconds, double* camera)
+{
+    return handle == nullptr ? 0 : handle->guarded(0, [&] { return handle->track(rgb, depth, pixels, seconds, camera), 1; });
 }
 int tilemesh_load(tilemesh_handle* handle, char const* name, void const* bytes, size_t length)
 {

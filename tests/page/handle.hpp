@@ -1,0 +1,70 @@
+#pragma once
+#include "../../examples/c/tilemesh.h"
+#include <cstddef>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <vector>
+
+namespace page_test {
+
+namespace scene = tilemesh::scene;
+namespace splat = tilemesh::splat;
+using Json = nlohmann::ordered_json;
+
+/// A handle that frees itself.
+struct Handle {
+    tilemesh_handle* at = tilemesh_create();
+    Handle() = default;
+    Handle(Handle const&) = delete;
+    Handle& operator=(Handle const&) = delete;
+    ~Handle() { tilemesh_destroy(at); }
+
+    std::string error() const { return tilemesh_error(at); }
+    bool set(Json const& json) const { return tilemesh_set(at, json.dump().c_str()) != 0; }
+    bool render(std::vector<double> const& camera) const { return tilemesh_render(at, camera.data()) != 0; }
+    Json report(char const* what) const
+    {
+        auto const* const text = tilemesh_report(at, what);
+        REQUIRE_MESSAGE(text != nullptr, error());
+        return Json::parse(text);
+    }
+    Json tile(std::uint32_t t) const
+    {
+        auto const* const text = tilemesh_tile(at, t);
+        REQUIRE_MESSAGE(text != nullptr, error());
+        return Json::parse(text);
+    }
+    std::vector<float> heat(char const* what, int superstep = -1) const
+    {
+        auto const frame = report("frame");
+        auto const* const values = tilemesh_heat(at, what, superstep);
+        REQUIRE_MESSAGE(values != nullptr, error());
+        return {values, values + frame["columns"].get<std::size_t>() * frame["rows"].get<std::size_t>()};
+    }
+};
+
+inline std::vector<double> numbers(splat::Camera const& c)
+{
+    std::vector<double> out;
+    for (auto const& row : c.rotation) out.insert(out.end(), row, row + 3);
+    out.insert(out.end(), c.position, c.position + 3);
+    for (float const v : {c.fx, c.fy, c.cx, c.cy, c.near_depth}) out.push_back(double{v});
+    return out;
+}
+inline std::vector<splat::Camera> turn(scene::Map const& map, std::uint32_t frames, scene::Size size = {320, 180})
+{
+    return scene::orbit(scene::built_in_camera(size), scene::robust_centre(map), 0.5, frames);
+}
+inline bool is_one_line(std::string const& text)
+{
+    return !text.empty() && text.find('\n') == text.npos && text.find("; ") != text.npos && text.find('(') != text.npos;
+}
+
+} // namespace page_test

@@ -1,0 +1,222 @@
+"""The package tilemesh, in PYTHONPATH: see package.sh. WITHOUT=numpy: as if numpy were not installed."""
+import array
+import json
+import math
+import os
+import stat
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+if os.environ.get("WITHOUT") == "numpy":
+    sys.modules["numpy"] = None  # an import of it fails
+import tilemesh
+
+WORK = Path(os.environ["WORK"])
+SMALL = {"width": 160, "height": 96}
+
+
+def floats(picture):
+    return memoryview(picture).cast("B").tobytes()
+
+
+def pfm(path):
+    """The floats of a PFM, first row at the top, as bytes."""
+    with open(path, "rb") as file:
+        kind, size, scale = (file.readline().strip() for _ in range(3))
+        width, height = map(int, size.split())
+        row = 4 * width * (3 if kind == b"PF" else 1)
+        assert float(scale) < 0, "little endian"
+        data = file.read()
+    return b"".join(data[y * row:(y + 1) * row] for y in reversed(range(height)))
+
+
+class Package(unittest.TestCase):
+    def refused(self, act, code=1):
+        """One line of an Error, with this code."""
+        with self.assertRaises(tilemesh.Error) as caught:
+            act()
+        text = str(caught.exception)
+        self.assertRegex(text, r"^[^\n]+ \(.+\); [^\n]+$")
+        self.assertEqual(caught.exception.code, code, text)
+        return text
+
+    def test_bits_of_render_map(self):
+        if not (WORK / "four.ply").exists():
+            self.skipTest("render_map was not built")
+        for name, file in [("built_in", None), ("four", WORK / "four.ply")]:
+            for quality in ["default", "viewing"]:
+                with tilemesh.Renderer(file, width=320, height=180, depth=True, alpha=True, quality=quality) as renderer:
+                    frame = renderer.render()
+                folder = WORK / f"{name}.{quality}"
+                self.assertEqual(floats(frame.colour), pfm(folder / "frame_0000.pfm"), (name, quality))
+                self.assertEqual(floats(frame.depth), pfm(folder / "frame_0000.depth.pfm"), (name, quality))
+                self.assertEqual(floats(frame.alpha), pfm(folder / "frame_0000.alpha.pfm"), (name, quality))
+                theirs = json.loads((folder / "report.json").read_text())
+                for member in ["preset", "quality", "program", "cut_offs"]:
+                    self.assertEqual(frame.report[member], theirs[member])
+                self.assertEqual(frame.report["frames"][0]["pairs"], theirs["frames"][0]["pairs"])
+
+    def test_pictures_own_their_memory(self):
+        renderer = tilemesh.Renderer(**SMALL, depth=True)
+        first = renderer.render()
+        before = floats(first.colour), floats(first.depth)
+        self.assertIsNone(first.alpha)
+        self.assertEqual(tuple(first.colour.shape), (96, 160, 3))
+        self.assertEqual(tuple(first.depth.shape), (96, 160))
+        second = renderer.render(renderer.start.moved(right=0.2))
+        self.assertNotEqual(floats(second.colour), before[0])
+        self.assertEqual((floats(first.colour), floats(first.depth)), before)
+        first.colour[0, 0, 0] = 7.0  # it is the caller's, and no other picture's
+        renderer.set(width=64, height=48)
+        renderer.render()
+        renderer.close()
+        renderer.close()
+        del renderer
+        self.assertEqual(floats(first.depth), before[1])
+        self.assertEqual(floats(first.colour)[4:], before[0][4:])
+
+    def test_a_closed_renderer_is_refused(self):
+        renderer = tilemesh.Renderer(**SMALL)
+        start = renderer.start
+        picture = renderer.render(start).colour
+        renderer.close()
+        for act in [renderer.render, lambda: renderer.render(start), lambda: renderer.settings, lambda: renderer.set(width=64), lambda: renderer.load(None),
+                    lambda: renderer.track_begin(start), lambda: renderer.track(picture)]:
+            self.assertIn("close()", self.refused(act, None))
+
+    def test_programs_and_facts(self):
+        with tilemesh.Renderer(**SMALL) as plain, tilemesh.Renderer(**SMALL, storage_slots=40) as crowded, tilemesh.Renderer(**SMALL, program="anchored") as traced:
+            pictures = [r.render() for r in (plain, crowded, traced)]
+            self.assertEqual([f.summary["program"] for f in pictures], ["anchored", "homes", "anchored"])
+            self.assertEqual(len({floats(f.colour) for f in pictures}), 1)
+            self.assertIsNone(pictures[0].summary["modelled_ms"])
+            self.assertGreater(pictures[2].summary["modelled_ms"], 0)
+            self.assertEqual(plain.map["name"], "built_in")
+            self.assertEqual(plain.settings["width"], 160)
+            self.assertIn("ply", plain.build["formats"])
+            self.assertEqual(pictures[0].report["map"]["gaussians"], plain.map["gaussians"])
+            self.assertEqual(tilemesh.Camera.of(plain.start.numbers), plain.start)
+
+    def test_errors(self):
+        with tilemesh.Renderer(**SMALL) as renderer:
+            start = renderer.start
+            before = floats(renderer.render(start).colour)
+            for settings in [{"width": 1}, {"colour": 3}, {"quality": "best"}, {"depth": 1}, {"width": "640"}, {"hops": 2, "program": "homes"}]:
+                self.refused(lambda: renderer.set(**settings))
+            for settings in [{"width": float("nan")}, {"width": object()}, {"background": {1}}]:
+                self.refused(lambda: renderer.set(**settings), None)
+            self.assertIn("not finite", self.refused(lambda: renderer.render(start.moved(right=float("nan")))))
+            self.refused(lambda: renderer.render([1.0] * 16), None)
+            self.refused(lambda: renderer.render("a camera"), None)
+            self.refused(lambda: renderer.render([1.0] * 16 + [None]), None)
+            self.refused(lambda: renderer.load(WORK / "absent.ply"))
+            self.refused(lambda: renderer.load(__file__))
+            self.refused(lambda: renderer.load("zero\0byte.ply"), None)
+            self.refused(lambda: tilemesh.Renderer("absent.ply"))
+            self.refused(lambda: tilemesh.Renderer(tiles=3))
+            self.assertEqual(floats(renderer.render(start).colour), before)
+
+    def test_tracking(self):
+        with tilemesh.Renderer(width=320, height=180, depth=True) as renderer:
+            start = renderer.start
+            frame = renderer.render(start)
+            self.refused(lambda: renderer.track(frame.colour), 3)
+            for depth in [None, frame.depth]:
+                renderer.track_begin(start.moved(right=0.01), depth=depth is not None)
+                found = renderer.track(frame.colour, depth)
+                self.assertEqual(found.verdict, "converged")
+                self.assertLess(math.dist(found.camera.position, start.position), 1e-4)
+            self.refused(lambda: renderer.track(frame.depth, frame.depth), None)  # shapes
+            self.refused(lambda: renderer.track(frame.colour, frame.colour), None)
+            self.refused(lambda: renderer.track("picture", frame.depth), None)
+            self.refused(lambda: renderer.track(frame.colour))  # it began with depth
+            self.refused(lambda: renderer.track(frame.colour, frame.depth, float("inf")))
+            if tilemesh.numpy is None:
+                black = memoryview(bytearray(4 * 3 * 320 * 180)).cast("f", [180, 320, 3])
+                self.refused(lambda: renderer.track(array.array("d", [0.0]), frame.depth), None)
+            else:
+                black = tilemesh.numpy.zeros((180, 320, 3))  # doubles are converted
+                turned = tilemesh.numpy.ascontiguousarray(frame.colour.transpose(2, 0, 1)).transpose(1, 2, 0)  # not contiguous
+                self.assertLess(math.dist(renderer.track(turned, frame.depth).camera.position, start.position), 1e-4)
+            lost = renderer.track(black, frame.depth)
+            self.assertEqual(lost.verdict, "lost")
+            self.assertTrue(lost.why)
+            renderer.load(None)
+            self.refused(lambda: renderer.track(frame.colour, frame.depth), 3)
+
+    def test_threads(self):
+        with tilemesh.Renderer(**SMALL, threads=1) as one:
+            cameras = [one.start.moved(right=0.05 * i) for i in range(4)]
+            expected = [floats(one.render(c).colour) for c in cameras]
+            seen, faults = {}, []
+
+            def work(i, renderer):
+                try:
+                    for k in range(3):
+                        seen[i, k] = floats(renderer.render(cameras[i]).colour)
+                except BaseException as error:  # told to the main thread
+                    faults.append(error)
+
+            for shared in [True, False]:
+                renderers = [one if shared else tilemesh.Renderer(**SMALL, threads=2) for _ in cameras]
+                threads = [threading.Thread(target=work, args=(i, r)) for i, r in enumerate(renderers)]
+                for thread in threads:
+                    thread.start()
+                for thread in threads:
+                    thread.join()
+                self.assertEqual(faults, [])
+                self.assertEqual([seen[i, k] for i in range(4) for k in range(3)], [expected[i] for i in range(4) for _ in range(3)])
+                if not shared:
+                    for renderer in renderers:
+                        renderer.close()
+
+    def test_memory_is_freed(self):
+        def resident():
+            return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+        def use():
+            with tilemesh.Renderer(**SMALL, depth=True) as renderer:
+                renderer.render()
+            tilemesh.Renderer(**SMALL).render()  # freed without close
+
+        for _ in range(3):
+            use()
+        before = resident()
+        for _ in range(12):
+            use()
+        self.assertLess(resident() - before, 60e6)  # a renderer takes more than 20 MB
+
+    def test_studies(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            program = folder / "explore"
+            program.write_text("#!/bin/sh\nset -e\ntest \"$2\" = --csv && test \"$4\" = --out && test -d \"$5\"\n"
+                               "case $(cat \"$1\") in *half*) ;; *) echo 'note' >&2; echo 'no study (it names no machine); name one' >&2; exit 2 ;; esac\n"
+                               "printf 'name,error,ms,front\\nhalf,0.5,2,yes\\nwhole,0.25,4,yes\\nworse,0.5,4,\\nequal,0.5,2,yes\\nnone,,1,\\n' >\"$3\"\n")
+            program.chmod(program.stat().st_mode | stat.S_IXUSR)
+            out = folder / "new" / "out"
+            points = tilemesh.explore({"machines": ["half", "whole"]}, out, program=program)
+            self.assertEqual(points[0], {"name": "half", "error": 0.5, "ms": 2, "front": "yes"})
+            self.assertEqual(points[4], {"name": "none", "error": None, "ms": 1, "front": None})
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "error", "ms")], ["whole", "half", "equal"])
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "ms")], ["none"])
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "-ms", "error")], ["whole"])
+            self.assertEqual([p["name"] for p in tilemesh.front(points, "-error", "ms")], ["half", "equal"])
+            self.assertEqual(tilemesh.front([], "ms"), [])
+            self.assertEqual(tilemesh.read_points(out / "points.csv"), points)
+            self.assertEqual(json.loads((out / "study.json").read_text()), {"machines": ["half", "whole"]})
+            self.assertEqual(self.refused(lambda: tilemesh.explore({}, out, program=program), None), "no study (it names no machine); name one")
+            self.assertIn("--target explore", self.refused(lambda: tilemesh.explore({}, out, program=folder / "absent"), None))
+            self.refused(lambda: tilemesh.explore({"a": float("nan")}, out, program=program), None)
+            self.refused(lambda: tilemesh.explore({}, program / "below_a_file", program=program), None)
+            self.refused(lambda: tilemesh.front(points, "pairs"), None)
+            self.refused(lambda: tilemesh.front(points), None)
+            self.refused(lambda: tilemesh.read_points(folder / "absent.csv"), None)
+            (folder / "torn.csv").write_text("a,b\n1,2\n3\n")
+            self.refused(lambda: tilemesh.read_points(folder / "torn.csv"), None)
+
+
+unittest.main()
