@@ -1,6 +1,7 @@
 #include "machine.hpp"
 #include <algorithm>
 #include <tilemesh/render/frame_renderer.hpp>
+#include <tilemesh/render/homes_choice.hpp>
 
 std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map,
                                                     tilemesh::splat::Arithmetic arithmetic, std::uint32_t threads,
@@ -22,4 +23,14 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, ti
         options.tile = {part(camera.width, 40), part(camera.height, 36)};
     }
     return bench::make_machine(map, setup, options);
+}
+
+std::unique_ptr<tilemesh::AnyRenderer> frame::make_homes(tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
+                                                         std::uint32_t threads)
+{
+    tilemesh::render::HomesChoice choice;
+    choice.fit = true;
+    choice.rules.transmittance_min = stop_of_3dgs;
+    choice.rules.arithmetic = arithmetic;
+    return tilemesh::render::make_homes_renderer<>(map, choice, {.threads = threads});
 }

@@ -92,14 +92,14 @@ int run(Options const& options)
             std::cerr << scene.map.name << " " << motion << "\n";
         }
 
-    tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "kept ms", "mesh / direct",
+    tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "kept ms", "mesh / direct", "homes / direct",
                                    "direct / roofline", "cycles a block-splat", "evaluated / contributing", "direct speedup", "mesh speedup"}};
     tilemesh::report::Table stages{{"scene", "motion", "grid", "threads", "direct: project", "sort", "bin", "blend",
                                     "mesh: project", "route", "bloom", "composite", "picture", "messages", "exchanges"}};
     for (auto const& r : rows) {
         auto const threads = std::to_string(r.threads);
         times.add_row({r.scene, r.motion, r.grid, threads, number(r.gflops, 0), band(r.direct, 2), band(r.mesh, 2), band(r.kept, 2),
-                       band(r.mesh_over_direct, 2), number(r.direct_over_roofline, 3), number(r.cycles_per_block_splat, 1),
+                       band(r.mesh_over_direct, 2), band(r.homes_over_direct, 2), number(r.direct_over_roofline, 3), number(r.cycles_per_block_splat, 1),
                        fixed(median(r.pairs) / std::max(median(r.contributing), 1.0), 2), number(r.direct_speedup, 2),
                        number(r.mesh_speedup, 2)});
         stages.add_row({r.scene, r.motion, r.grid, threads, number(r.direct_project, 3), number(r.direct_sort, 3),

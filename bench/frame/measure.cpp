@@ -35,6 +35,7 @@ struct Contest {
         Row row;
     };
     std::vector<Entry> entries;
+    std::unique_ptr<tilemesh::AnyRenderer> homes; ///< in a moving view
     std::unique_ptr<Machine> kept; ///< in a static view: the first entry's machine, whose tiles keep their pixels
 };
 
@@ -115,6 +116,17 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const
         row.entries = direct.entries();
         row.over_narrow.push_back(mesh / contest.entries.front().row.mesh.back());
     }
+    if (contest.homes != nullptr) {
+        auto const frame = contest.homes->render(camera);
+        if (!direct.equals(frame.image)) broken.push_back("the picture of homes is not the rasteriser's");
+        auto const& r = frame.report;
+        if (r.pairs_contributing != direct.pairs_contributing())
+            broken.push_back("homes count " + std::to_string(r.pairs_contributing) + " contributing pairs, the rasteriser " +
+                             std::to_string(direct.pairs_contributing()));
+        auto& row = contest.entries.front().row;
+        auto const homes = r.host_ms.total - r.host_ms.picture;
+        if (measured) row.homes.push_back(homes), row.homes_over_direct.push_back(homes / stages.total);
+    }
     if (contest.kept == nullptr) return;
     contest.kept->wake(camera);
     contest.kept->render(camera);
@@ -153,7 +165,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     std::vector<Contest> contests;
     for (auto const threads : options.threads) {
         Contest c{
-            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}};
+            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}, {}};
         auto const machine = [&](Kind kind, Pixels pixels) {
             return make_machine(kind, pixels, scene.map, options.arithmetic, threads, scene.camera);
         };
@@ -169,6 +181,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
         auto const kind = large ? Kind::large : Kind::paper;
         add(kind, "40x36");
         if (motion == "static") c.kept = machine(kind, Pixels::kept);
+        if (options.homes && motion != "static") c.homes = make_homes(scene.map, options.arithmetic, threads);
         if (options.wide && !large) add(Kind::wide, "400x250");
         contests.push_back(std::move(c));
     }
@@ -269,6 +282,8 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         {"clock_ghz", &Row::clock_ghz, 3},
         {"cycles_per_block_splat", &Row::cycles_per_block_splat, 1},
         {"mesh_kept_ms", &Row::kept, 4},
+        {"homes_ms", &Row::homes, 4},
+        {"homes_over_direct", &Row::homes_over_direct, 4},
     };
     auto const middle = [](Samples const& s, int places) {
         return s.empty() ? std::string{} : bench::fixed(bench::median(s), places);

@@ -19,6 +19,7 @@ struct Row {
     Samples direct_project, direct_sort, direct_bin, direct_blend;
     Samples mesh_project, mesh_route, mesh_bloom, mesh_composite, picture;
     Samples direct_speedup, mesh_speedup; ///< relative to one thread, in the same round; empty if one thread is not measured
+    Samples homes, homes_over_direct;     ///< the program of homes; only with --homes and a moving view
     Samples kept;                         ///< the mesh whose tiles keep their pixels; only in a static view
     Samples over_narrow;                  ///< wide grid: time of its mesh over that of 40 x 36 tiles, in the same round
     Samples pairs, contributing, messages, exchanges, moved;

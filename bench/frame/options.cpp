@@ -17,6 +17,7 @@ Options parse(std::vector<std::string> const& all)
         else if (option == "--arithmetic")
             options.arithmetic = words.one_of({"precise", "fast"}) == "precise" ? tilemesh::splat::Arithmetic::precise
                                                                                 : tilemesh::splat::Arithmetic::fast;
+        else if (option == "--homes") words.flag(), options.homes = true;
         else if (option == "--wide") words.flag(), options.wide = true;
         else if (option == "--arithmetics") words.flag(), options.arithmetics = true;
         else words.refuse();
@@ -53,6 +54,8 @@ std::string help()
            "  --arithmetic A   precise or fast. Default: " +
            to_string(tilemesh::splat::Lossless::arithmetic) +
            "\n"
+           "  --homes          also measure the program of homes on Mk2 (homes_ms), unless the view is static: it renders an unchanged view\n"
+           "                   without running\n"
            "  --wide           also measure each mesh on a grid of 400 x 250 tiles, of which the frame occupies 40 x 36\n"
            "  --arithmetics    print another table instead: time, and error against the double reference with the same cut-offs, of the\n"
            "                   rasteriser with precise and fast arithmetic, polynomials of lower degree, and a stop by blocks. For\n"

@@ -16,6 +16,7 @@ struct Options : bench::Options {
     std::vector<std::uint32_t> threads;       ///< measured side by side
     std::uint32_t rounds = 0;                 ///< measured rounds per motion; 0: as --quick and the size of the map say
     tilemesh::splat::Arithmetic arithmetic = tilemesh::splat::Lossless::arithmetic;
+    bool homes = false;       ///< also the program of homes
     bool wide = false;        ///< also on a grid of which the frame occupies a small part
     bool arithmetics = false; ///< only time and error of the ways to blend
 };

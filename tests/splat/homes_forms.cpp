@@ -232,6 +232,25 @@ TEST_CASE("homes: degree 3, by value and by reference, precise and fast")
     }
 }
 
+TEST_CASE("homes: rows and columns that are longer than a parcel, by value and by reference")
+{
+    auto const map = map_of_degree(3, support::fast() ? 60 : 150);
+    auto const records = scene::records<splat::ShadedGaussian<3>>(map);
+    auto const c = choice_of(3);
+    auto o = on_grid();
+    o.grid = {6, 12};
+    static_assert(homes::make_fold(width, height, {6, 12}, true).y.tiles > homes::parcel_rows);
+    render::HomesRenderer<homes::ValuePolicies<3>> values(map, c, o);
+    render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
+    for (auto const& view : views()) {
+        auto const list = one_list(records, view, values.rules());
+        auto const a = values.render(view), r = rows.render(view);
+        CHECK(differing(a, list) == 0);
+        CHECK(differing(r, list) == 0);
+        check_same_work(a.report, r.report);
+    }
+}
+
 TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothing")
 {
     using Rows = render::HomesRenderer<homes::HostPolicies<>>;

@@ -51,7 +51,13 @@ struct HeldRowsInOrder {
 template <class Frame>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const&) noexcept { return {g.row}; }
+    static constexpr bool on_host = true;
     TILEMESH_KERNEL static Frame hold(Frame const& frame) noexcept { return frame; }
+    template <class List>
+    TILEMESH_KERNEL static void about_to_read(List const& list) noexcept
+    {
+        fetch_list(list);
+    }
     TILEMESH_KERNEL static Splat const& splat_of(Frame const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
     TILEMESH_KERNEL static HeldRowsInOrder in_order(Frame const& frame, SplatRow const* held, SortKey const* keys,
                                                     std::uint32_t const* order) noexcept

@@ -97,6 +97,14 @@ struct RowsInOrder {
     TILEMESH_KERNEL Splat const& operator()(std::uint32_t i) const noexcept { return table[rows[keys[i].slot].row]; }
 };
 
+/// Prefetches all lines of a list.
+template <class List>
+TILEMESH_KERNEL void fetch_list(List const& list) noexcept
+{
+    constexpr std::uint32_t items_a_line = 64 / sizeof(typename List::value_type);
+    for (std::uint32_t i = 0, n = list.size(); i < n; i += items_a_line) __builtin_prefetch(list.begin() + i);
+}
+
 /// The way in which kernels read records if tiles hold rows of a table.
 template <class Parameters>
 struct TableAccess {
@@ -108,8 +116,7 @@ struct TableAccess {
     template <class List>
     TILEMESH_KERNEL static void about_to_read(List const& list) noexcept
     {
-        constexpr std::uint32_t items_a_line = 64 / sizeof(typename List::value_type);
-        for (std::uint32_t i = 0, n = list.size(); i < n; i += items_a_line) __builtin_prefetch(list.begin() + i);
+        fetch_list(list);
     }
     TILEMESH_KERNEL static void about_to_reach(Parameters const& frame, SplatRow s) noexcept
     {

@@ -286,6 +286,35 @@ void blend_whole_window(Kept* blocks, Fold const& fold, TileId tile, View const&
     detail::blend_kept<splat::detail::lanes_in_use, 128, 8>(blocks, fold, tile, view, finished, n, at, Worker{0, 1}, workers, work);
 }
 
+namespace detail {
+/// The words behind n keys, in which a host's SortRuns leaves their order for Merge; null if there is no room.
+template <class List>
+TILEMESH_KERNEL auto* words_behind(List& keys, std::uint32_t n) noexcept
+{
+    using Word = std::conditional_t<std::is_const_v<std::remove_pointer_t<decltype(keys.begin())>>, std::uint32_t const, std::uint32_t>;
+    return n <= (keys.capacity() - n) * (sizeof(SortKey) / 4) ? reinterpret_cast<Word*>(keys.begin() + n) : nullptr;
+}
+/// Sorts the runs of n keys, all at once. `spare`: room for n keys, outside the keys. It sorts all keys, if they are many by digits of their
+/// depths, and then deals them to their runs. If `order` is not null, it gets the numbers of the keys in depth order.
+inline void sort_runs_at_once(SortKey* keys, std::uint32_t n, std::uint32_t runs, SortKey* spare, std::uint32_t* order) noexcept
+{
+    constexpr std::uint32_t tag = 28, slots = (1u << tag) - 1; // a key has its run above its slot
+    static_assert(Work::max_workers < 1u << (32 - tag));
+    std::uint32_t next[Work::max_workers];
+    for (std::uint32_t r = 0; r < runs; ++r) {
+        next[r] = run_begin(n, runs, r);
+        for (std::uint32_t i = next[r], end = run_begin(n, runs, r + 1); i < end; ++i) keys[i].slot |= r << tag;
+    }
+    n >= fewest_by_digits ? sort_by_digits(keys, n, spare) : intro_sort(keys, n);
+    __builtin_memcpy(spare, keys, n * sizeof *keys);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        std::uint32_t const at = next[spare[i].slot >> tag]++;
+        keys[at] = {spare[i].depth_bits, spare[i].id, spare[i].slot & slots};
+        if (order != nullptr) order[i] = at;
+    }
+}
+} // namespace detail
+
 /// Sorts the keys of the window in runs, one for each worker. No exchange.
 template <class P>
 struct SortRuns {
@@ -304,13 +333,53 @@ struct SortRuns {
         o[Operation::comparison] = times(longest, heap_levels(longest));
         return o;
     }
+    /// Sorts the runs of all workers at once, for a host thread.
+    struct AllWorkers {
+        static constexpr char const* name = SortRuns::name;
+        void operator()(Window& window, Keys& keys, Worker worker) const noexcept
+        {
+            using Access = splat::Access<typename P::Parameters>;
+            Access::about_to_read(keys);
+            window.runs = worker.count;
+            constexpr std::uint32_t most = 2048; // keys in 24 KB of a thread's stack
+            std::uint32_t const n = keys.size();
+            if (n <= most) {
+                SortKey spare[most];
+                detail::sort_runs_at_once(keys.begin(), n, worker.count, spare, Access::on_host ? detail::words_behind(keys, n) : nullptr);
+            } else {
+                for (std::uint32_t r = 0; r < worker.count; ++r) {
+                    std::uint32_t const first = detail::run_begin(n, worker.count, r);
+                    splat::detail::intro_sort(keys.begin() + first, detail::run_begin(n, worker.count, r + 1) - first);
+                }
+            }
+        }
+    };
 };
+
+namespace detail {
+/// Takes an order of n keys if it is one, whoever left it: keys are distinct, so n numbers below n of rising keys are all of them. Depths
+/// are above 0.
+inline bool take_order(SortKey const* keys, std::uint32_t n, std::uint32_t const* left, std::uint32_t* order) noexcept
+{
+    std::uint32_t depth = 0, id = 0, rising = 1; // no branch
+    for (std::uint32_t i = 0; i < n; ++i) {
+        std::uint32_t const at = left[i] < n ? left[i] : 0, next_id = static_cast<std::uint32_t>(keys[at].id);
+        std::uint32_t const less = (depth < keys[at].depth_bits ? 1u : 0u) | ((depth == keys[at].depth_bits ? 1u : 0u) & (id < next_id ? 1u : 0u));
+        rising &= (at == left[i] ? 1u : 0u) & less;
+        depth = keys[at].depth_bits;
+        id = next_id;
+        order[i] = at;
+    }
+    return rising != 0;
+}
+} // namespace detail
 
 /// Merges the runs: `Order` lists the keys, the nearest first. No exchange.
 template <class P>
 struct Merge {
     static constexpr char const* name = "merge";
     static constexpr std::uint32_t most_runs = Work::max_workers;
+    using Access = splat::Access<typename P::Parameters>;
     void operator()(Window const& window, Keys const& keys, Order& order) const noexcept
     {
         std::uint32_t const n = keys.size();
@@ -326,6 +395,10 @@ struct Merge {
             look(r);
         }
         order.resize(n);
+        if constexpr (Access::on_host) {
+            auto const* const left = detail::words_behind(keys, n);
+            if (left != nullptr && detail::take_order(keys.begin(), n, left, order.begin())) return;
+        }
         for (std::uint32_t i = 0; i < n; ++i) {
             std::uint32_t nearest = 0, nearest_depth = depth[0], nearest_id = id[0];
             for (std::uint32_t r = 1; r < most_runs; ++r) { // no branch: a predictor could not know the run
@@ -385,6 +458,9 @@ struct Blend {
         {
             for (std::uint32_t w = 0; w < worker.count; ++w) work.before[w] = work.evaluated[w];
             if (window.done()) return;
+            Access::about_to_read(held);
+            Access::about_to_read(keys);
+            Access::about_to_read(order);
             auto const at = Access::in_order(*frame, held.begin(), keys.begin(), order.begin());
             machine::in_form(machine::is_wide(*frame), blocks.begin(), [&](auto* kept) noexcept {
                 blend_whole_window(kept, frame->fold, here.tile, frame->view, window.finished, keys.size(), at, worker.count, work);

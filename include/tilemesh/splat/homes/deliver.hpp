@@ -59,9 +59,10 @@ TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
 
 /// The tiles that want one splat: it is in the tile's window, and a pixel of an unfinished block may see it. The block's test is that of
 /// blending.
+template <class AnyFold>
 class Wanted {
 public:
-    Wanted(Splat const& s, Fold const& fold, Camera const& camera, Table const& table) noexcept
+    Wanted(Splat const& s, AnyFold const& fold, Camera const& camera, Table const& table) noexcept
         : fold_(fold), camera_(camera), table_(table), splat_(s), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
     {
         auto const r = s.rect();
@@ -163,7 +164,7 @@ private:
                           centre(y + static_cast<std::int32_t>(block_height - 1), camera_.cy, splat_.mean_px[1]));
     }
 
-    Fold const& fold_;
+    AnyFold const& fold_;
     Camera const& camera_;
     Table const& table_;
     Splat const& splat_;
@@ -255,19 +256,20 @@ struct Offer {
 
     void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker worker) const noexcept
     {
-        auto const& frame = *parameters;
-        for (std::uint32_t i = worker.index, n = seen.size(); i < n; i += worker.count) {
-            Splat const& s = Access::splat_of(frame, seen[i]);
-            offers[i] = {};
-            if (!s.visible()) continue;
-            detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
-            std::uint32_t const parts = wanted.parts();
-            std::uint32_t tested = 0, to = 0;
-            if (parts == 1) to = wanted.all_tiles(tested);
-            if (parts == 1 && to == 0) continue;
-            offers[i] = {wanted.first(0), to, half(parts), half(tested)};
-        }
+        find(*parameters, parameters->fold, seen, table, offers, worker);
     }
+    /// Does the shares of all workers at once, for a host thread.
+    struct AllWorkers {
+        static constexpr char const* name = Offer::name;
+        void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker) const noexcept
+        {
+            Access::about_to_read(table);
+            if (seen.size() >= fewest_by_table && FoldTable::has_room(parameters->fold))
+                find(*parameters, FoldTable(parameters->fold), seen, table, offers, {0, 1});
+            else
+                find(*parameters, parameters->fold, seen, table, offers, {0, 1});
+        }
+    };
     /// For a cost model. All workers wait for the one with the most blocks. A test of a block takes about 60 instructions, as two comparisons
     /// (KernelWork). Records that nobody wants are not counted.
     static Operations operations(Offers const& offers, Worker worker) noexcept
@@ -281,6 +283,24 @@ struct Offer {
     }
 
 private:
+    static constexpr std::uint32_t fewest_by_table = 32; ///< records; for fewer, the tables of a fold cost more than its divisions
+
+    template <class AnyFold>
+    TILEMESH_KERNEL static void find(FrameParameters const& frame, AnyFold const& fold, Seen<P> const& seen, Table const& table,
+                                     Offers& offers, Worker worker) noexcept
+    {
+        for (std::uint32_t i = worker.index, n = seen.size(); i < n; i += worker.count) {
+            Splat const& s = Access::splat_of(frame, seen[i]);
+            offers[i] = {};
+            if (!s.visible()) continue;
+            detail::Wanted const wanted(s, fold, frame.view.camera, table);
+            std::uint32_t const parts = wanted.parts();
+            std::uint32_t tested = 0, to = 0;
+            if (parts == 1) to = wanted.all_tiles(tested);
+            if (parts == 1 && to == 0) continue;
+            offers[i] = {wanted.first(0), to, half(parts), half(tested)};
+        }
+    }
     /// n in 16 bits: a larger number becomes the largest. Above 1 only whether there are several parts is asked, and how many is counted anew.
     TILEMESH_KERNEL static std::uint16_t half(std::uint32_t n) noexcept { return static_cast<std::uint16_t>(n < 0xffffu ? n : 0xffffu); }
 };
@@ -300,6 +320,10 @@ struct Deliver {
         bool const own = sending.record[0] < offers.size() || sending.record[1] < offers.size() || sending.record[own_column] < offers.size();
         if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
 
+        if constexpr (Access::on_host) {
+            __builtin_prefetch(keys.begin() + keys.size(), 1);
+            __builtin_prefetch(held.begin() + held.size(), 1);
+        }
         counts.compared = counts.scanned = counts.turned_away = 0;
         std::uint32_t const arrived = counts.arrived;
         Tile tile{here, window, held, keys, sample, counts, {}};
@@ -315,8 +339,11 @@ struct Deliver {
             }
         }
         for (Direction from : {Direction::north, Direction::south})
-            for (Message const& m : in[from])
-                (void)TILEMESH_EXPECT(tile.serve_column(m, here.tile.x() - m.first().x(), m.to) == 0,
+            if constexpr (Access::on_host)
+                tile.pass_column(in[from], opposite(from));
+            else
+                for (Message const& m : in[from])
+                    (void)TILEMESH_EXPECT(tile.serve_column(m, here.tile.x() - m.first().x(), m.to) == 0,
                                       "a parcel on a column found no room (its channel was not empty); report this");
         tile.empty_fifo(waiting0, sending.turning[0], in[Direction::west], Direction::east);
         tile.empty_fifo(waiting1, sending.turning[1], in[Direction::east], Direction::west);
@@ -354,6 +381,7 @@ struct Deliver {
 private:
     static constexpr Direction row[2] = {Direction::west, Direction::east};
     static constexpr std::uint32_t own_column = 2;
+    static constexpr std::uint32_t splats_ahead = 8; ///< a host's memory answers that late
 
     /// A way out of the tile: what it sends there, and how much it may.
     struct Way {
@@ -397,6 +425,33 @@ private:
             if (split.south != 0 && room(Direction::south)) send(m, Direction::south, split.south << (8 * c)), split.south = 0;
             return (split.north | split.south) << (8 * c);
         }
+        /// `serve_column` for all arrivals of a column, for a host. They end here or go on towards d, whose channel is empty.
+        template <class Arrived>
+        TILEMESH_KERNEL void pass_column(Arrived const& all, Direction d) noexcept
+        {
+            Way& w = way[index(d)];
+            Message* next = w.parcels;
+            constexpr std::uint32_t part = 64;
+            Message const* own[part];
+            for (Message const *m = all.begin(), *const end = all.end(); m != end;) {
+                std::uint32_t owns = 0; // no branch: a predictor cannot know the tiles
+                for (Message const* const stop = end - m < part ? end : m + part; m != stop; ++m) {
+                    std::uint32_t const c = here.tile.x() - m->first().x();
+                    std::uint32_t const r = here.tile.y() - m->first().y(); // wraps north of its rows
+                    std::uint32_t const mine = r < parcel_rows ? m->to & 1u << (8 * c + r) : 0u, rest = m->to ^ mine;
+                    own[owns] = m;
+                    owns += mine != 0 ? 1u : 0u;
+                    *next = *m;
+                    next->to = rest;
+                    next += rest != 0 ? 1 : 0;
+                }
+                counts.arrived += owns;
+                for (std::uint32_t i = 0; i < owns; ++i)
+                    detail::hold<P>({own[i]->depth_bits(), static_cast<std::uint32_t>(own[i]->id)}, own[i]->projected(), window, held, keys,
+                                    sample, counts);
+            }
+            w.n = static_cast<std::uint32_t>(next - w.parcels);
+        }
         /// Do all tiles of this column's `to` lie behind full channels? If so, the parcel waits, and the refusals are counted.
         TILEMESH_KERNEL bool column_is_full(TileId parcel_first, std::uint32_t c, std::uint32_t to) noexcept
         {
@@ -436,6 +491,13 @@ private:
             waiting.truncate(kept + (n - next));
             turning = kept;
             for (Message const& m : arrived) {
+                if constexpr (Access::on_host) { // most go straight on
+                    std::uint32_t const c = here.tile.x() - m.first().x(); // wraps west of its columns
+                    if (c >= parcel_columns && ahead.n < ahead.limit) {
+                        ahead.parcels[ahead.n++] = m;
+                        continue;
+                    }
+                }
                 std::uint32_t const owed = serve_row(m, d);
                 if (owed == 0) continue;
                 Message rest = m;
@@ -466,6 +528,8 @@ private:
         if (way != own_column && (record | part) != 0 && record < n && !tile.room(row[way])) return true;
         for (; record < n; ++record, part = 0) {
             Offered const& offer = offers[record];
+            if constexpr (Access::on_host)
+                if (record + splats_ahead < n) __builtin_prefetch(&Access::splat_of(frame, seen[record + splats_ahead]));
             if (offer.parts == 0) continue;
             if (offer.parts == 1) {
                 auto const c0 = static_cast<std::int32_t>(first) - static_cast<std::int32_t>(offer.first.x());

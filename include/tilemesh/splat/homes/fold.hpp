@@ -56,10 +56,13 @@ struct Axis {
     };
     constexpr Range tiles_of(std::uint32_t i, std::uint32_t j) const noexcept
     {
-        std::uint32_t const a = tile_of(i), b = tile_of(j);
+        return between(tile_of(i), tile_of(j), (i + shift) / tiles, (j + shift) / tiles);
+    }
+    /// The tiles of blocks that begin on tile a of layer `from` and end on tile b of layer `to`. Without a fold it reads no layer.
+    constexpr Range between(std::uint32_t a, std::uint32_t b, std::uint32_t from, std::uint32_t to) const noexcept
+    {
         std::uint32_t const low = a < b ? a : b, high = a < b ? b : a;
         if (folded == 0) return {a, b};
-        std::uint32_t const from = (i + shift) / tiles, to = (j + shift) / tiles;
         if (from == to) return {low, high};
         if (to - from > 1) return {0, tiles - 1};
         return from % 2 == 0 ? Range{low, tiles - 1} : Range{0, high}; // the sheet turns at the last tile, or at the first
@@ -76,6 +79,42 @@ struct Fold {
     constexpr std::uint32_t bit_of(std::uint32_t number) const noexcept { return 1u << (number / blocks_a_bit); }
 };
 static_assert(std::is_trivially_copyable_v<Fold>, "a fold is plain words");
+
+/// An axis as a table of its blocks, for a host that asks for many of them: without divisions. Requires blocks <= most.
+class AxisTable {
+public:
+    static constexpr std::uint32_t most = 512;
+    explicit AxisTable(Axis const& axis) noexcept : tiles(axis.tiles), layers(axis.layers), axis_(axis)
+    {
+        auto c = axis.cursor(0);
+        for (std::uint32_t i = 0; i < axis.blocks; ++i, c = axis.next(c))
+            at_[i] = {static_cast<std::uint16_t>(c.layer), static_cast<std::uint16_t>(axis.tile(c)), static_cast<std::uint16_t>(axis.number(c))};
+    }
+    using Cursor = std::uint32_t;
+    Cursor cursor(std::uint32_t i) const noexcept { return i; }
+    Cursor next(Cursor c) const noexcept { return c + 1; }
+    std::uint32_t tile(Cursor c) const noexcept { return at_[c].tile; }
+    std::uint32_t number(Cursor c) const noexcept { return at_[c].number; }
+    std::uint32_t block(std::uint32_t t, std::uint32_t k) const noexcept { return axis_.block(t, k); }
+    Axis::Range tiles_of(std::uint32_t i, std::uint32_t j) const noexcept { return axis_.between(at_[i].tile, at_[j].tile, at_[i].layer, at_[j].layer); }
+
+    std::uint32_t tiles, layers;
+
+private:
+    struct At {
+        std::uint16_t layer, tile, number;
+    };
+    Axis const& axis_;
+    At at_[most];
+};
+/// A fold as tables.
+struct FoldTable {
+    AxisTable x, y;
+    std::uint32_t blocks_a_bit;
+    explicit FoldTable(Fold const& fold) noexcept : x(fold.x), y(fold.y), blocks_a_bit(fold.blocks_a_bit) {}
+    static bool has_room(Fold const& fold) noexcept { return fold.x.blocks <= AxisTable::most && fold.y.blocks <= AxisTable::most; }
+    std::uint32_t bit_of(std::uint32_t number) const noexcept { return 1u << (blocks_a_bit == 1 ? number : number / blocks_a_bit); }
+};
 
 constexpr Axis make_axis(std::uint32_t blocks, std::uint32_t tiles, bool folded) noexcept
 {

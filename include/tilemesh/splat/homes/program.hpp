@@ -231,6 +231,12 @@ private:
     template <class Block, class Pixel>
     TILEMESH_KERNEL static void make_pixels(Block const& block, Pixel* pixels) noexcept
     {
+        if constexpr (splat::Access<FrameParameters>::on_host && std::is_same_v<Pixel, FloatPixel>) {
+            for (std::uint32_t j = 0; j < block_height; ++j)
+                for (std::uint32_t i = 0; i < block_width; i += 4)
+                    detail::store_interleaved(pixels[j * block_width + i].rgb, block.red[j] + i, block.green[j] + i, block.blue[j] + i);
+            return;
+        }
         for (std::uint32_t j = 0; j < block_height; ++j)
             for (std::uint32_t i = 0; i < block_width; ++i) pixels[j * block_width + i] = Pixel::make(detail::blended(block, j, i));
     }

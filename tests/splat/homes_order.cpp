@@ -1,0 +1,105 @@
+// test: cost 2
+// What a host does at once for all workers of a tile of the program of homes: sorted runs and their order, and a fold as a table.
+#include "support.hpp"
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <tilemesh/splat/homes/blend.hpp>
+#include <tilemesh/splat/homes/fold.hpp>
+#include <vector>
+
+using namespace tilemesh;
+namespace homes = splat::homes;
+using homes::detail::run_begin, splat::SortKey;
+
+namespace {
+/// Distinct keys of few depths, so that ids decide.
+std::vector<SortKey> keys_of(std::uint32_t n, std::uint32_t depths, support::Random& random)
+{
+    std::vector<SortKey> keys;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        auto const depth = __builtin_bit_cast(std::uint32_t, 1.0f + 0.01f * static_cast<float>(random.below(depths)));
+        keys.push_back({depth, splat::GaussianId{(i * 7919u) % 1'000'003u}, i});
+    }
+    return keys;
+}
+bool same(SortKey const& a, SortKey const& b) { return a.depth_bits == b.depth_bits && a.id == b.id && a.slot == b.slot; }
+} // namespace
+
+TEST_CASE("homes on a host: runs that are sorted at once are the runs that workers sort, and the order is that of all keys")
+{
+    support::Random random(5);
+    for (std::uint32_t const n : {0u, 1u, 5u, 95u, 96u, 97u, 700u, 2048u})
+        for (std::uint32_t const depths : {1u, 40u, 1'000'000u})
+            for (std::uint32_t runs = 1; runs <= homes::Work::max_workers; ++runs) {
+                CAPTURE(n);
+                CAPTURE(depths);
+                CAPTURE(runs);
+                auto const before = keys_of(n, depths, random);
+                auto expected = before, keys = before, spare = before;
+                for (std::uint32_t r = 0; r < runs; ++r) std::sort(expected.begin() + run_begin(n, runs, r), expected.begin() + run_begin(n, runs, r + 1));
+                std::vector<std::uint32_t> order(n);
+                homes::detail::sort_runs_at_once(keys.data(), n, runs, spare.data(), order.data());
+                CHECK(std::equal(keys.begin(), keys.end(), expected.begin(), same));
+                auto all = before;
+                std::sort(all.begin(), all.end());
+                bool ordered = true;
+                for (std::uint32_t i = 0; i < n; ++i) ordered = ordered && order[i] < n && same(keys[order[i]], all[i]);
+                CHECK(ordered);
+                std::vector<std::uint32_t> taken(n);
+                CHECK(homes::detail::take_order(keys.data(), n, order.data(), taken.data()));
+                CHECK(taken == order);
+            }
+}
+
+TEST_CASE("homes on a host: an order that is none is not taken")
+{
+    support::Random random(6);
+    constexpr std::uint32_t n = 9;
+    auto keys = keys_of(n, 1000, random);
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(n), taken(n);
+    for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
+    auto const takes = [&](std::vector<std::uint32_t> const& left) { return homes::detail::take_order(keys.data(), n, left.data(), taken.data()); };
+    CHECK(takes(order));
+    for (std::uint32_t i = 0; i < n; ++i) {
+        auto repeated = order, beyond = order, swapped = order;
+        repeated[i] = i == 0 ? 1 : i - 1;
+        beyond[i] = n + i;
+        std::swap(swapped[i], swapped[(i + 1) % n]);
+        CHECK(!takes(repeated));
+        CHECK(!takes(beyond));
+        CHECK(!takes(swapped));
+    }
+    CHECK(!takes(std::vector<std::uint32_t>(n, 0)));
+}
+
+TEST_CASE("homes on a host: the table of a fold is the fold")
+{
+    for (std::uint32_t const blocks : {1u, 2u, 7u, 40u, 80u, 143u, homes::AxisTable::most})
+        for (std::uint32_t const tiles : {1u, 2u, 3u, 7u, 36u, 40u, 600u})
+            for (bool const folded : {false, true}) {
+                CAPTURE(blocks);
+                CAPTURE(tiles);
+                CAPTURE(folded);
+                auto const axis = homes::make_axis(blocks, tiles, folded);
+                homes::AxisTable const table(axis);
+                bool equal = true;
+                auto c = axis.cursor(0);
+                for (std::uint32_t i = 0; i < blocks; ++i, c = axis.next(c)) {
+                    auto const at = table.cursor(i);
+                    equal = equal && table.tile(at) == axis.tile(c) && table.number(at) == axis.number(c) && axis.block(table.tile(at), table.number(at)) == i;
+                    for (std::uint32_t j = i; j < blocks; j += 1 + j / 9) {
+                        auto const a = axis.tiles_of(i, j), b = table.tiles_of(i, j);
+                        equal = equal && a.first == b.first && a.last == b.last;
+                    }
+                }
+                CHECK(equal);
+            }
+    CHECK(homes::FoldTable::has_room(homes::make_fold(16 * 512, 5 * 512, {40, 36}, true)));
+    CHECK(!homes::FoldTable::has_room(homes::make_fold(16 * 512 + 1, 5, {40, 36}, true)));
+    CHECK(!homes::FoldTable::has_room(homes::make_fold(16, 5 * 512 + 1, {40, 36}, true)));
+    auto const fold = homes::make_fold(640, 480, {3, 2}, true); // many blocks share a bit
+    REQUIRE(fold.blocks_a_bit > 1);
+    homes::FoldTable const table(fold);
+    for (std::uint32_t b = 0; b < fold.tile_blocks(); ++b) CHECK(table.bit_of(b) == fold.bit_of(b));
+}
