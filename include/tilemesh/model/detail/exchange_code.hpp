@@ -32,6 +32,7 @@ TILEMESH_HOST Network exchange_network(CostModel const& model, Grid grid)
     Network n;
     n.name = model.name;
     n.columns = grid.width, n.rows = grid.height;
+    n.sources = {"document: a node a tile", "", model.chips.source};
     n.port_in = rate(model.exchange_millicycles_a_byte, source("exchange_byte"));
     n.flit = {1, "document: a compiled exchange has no packets"};
     n.packet = {std::uint64_t{1} << 19, "document: a compiled exchange has no packets"};
