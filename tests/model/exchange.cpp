@@ -134,6 +134,36 @@ TEST_CASE("Wormhole's tiles lie beside its memory, and each direction takes the 
     CHECK(has(error_of([&] { (void)exchange_network(m, {1025, 1}); }), "each side is 1 to 1,024"));
 }
 
+TEST_CASE("a grid on a part of a mesh costs what its transfers cost on all of it")
+{
+    support::Random random(9);
+    Grid const grid{6, 4};
+    auto m = model();
+    m.exchange_cost = ExchangeCost::live;
+    m.exchange_cycles = 7;
+    m.network = Network{};
+    m.network->name = "large";
+    m.network->columns = 40, m.network->rows = 30;
+    m.network->link = {4, "by hand"};
+    m.network->port_in = {8, "by hand", 3};
+    m.network->flit = {4, "by hand"};
+    m.network->packet = {1000, "by hand"};
+    m.network->hop = {1, "by hand"};
+    auto const trace = random_trace(grid, random);
+    auto const cost = model_cost(m, trace, grid);
+    auto const nodes = nodes_of(*m.network, grid);
+    std::uint32_t priced = 0;
+    for (std::size_t k = 0; k < trace.supersteps.size(); ++k) {
+        auto const transfers = exchange_transfers(*m.network, nodes, trace.supersteps[k], grid, m.exchange_cost);
+        if (transfers.empty()) continue;
+        auto const time = time_of(*m.network, transfers);
+        CHECK(cost.supersteps[k].exchange == 7 + time.drained);
+        CHECK(cost.supersteps[k].bound == time.bound);
+        ++priced;
+    }
+    CHECK(priced > 4);
+}
+
 TEST_CASE("a model's file holds its network: written and read back equal, with the same cycles; bad lines are refused in one line")
 {
     auto const text_of = [](CostModel const& m) {

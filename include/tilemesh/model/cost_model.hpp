@@ -135,6 +135,7 @@ public:
 private:
     CostModel const& model_;
     Grid grid_;
+    Network network_; ///< the model's; of a mesh of tiles alone, the part with the grid: no route leaves it
     std::vector<NetworkNode> nodes_;
     std::map<std::uint32_t, NetworkTime> of_capacity_;
 };

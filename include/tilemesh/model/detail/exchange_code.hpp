@@ -110,7 +110,11 @@ TILEMESH_HOST NetworkPrices::NetworkPrices(CostModel const& model, Grid grid) : 
     if (!model.network) return;
     if (model.chips != Chips{})
         throw Error("cost model \"" + model.name + "\" has a network and chips (a network says itself on how many chips it lies); leave one of them out");
-    nodes_ = nodes_of(*model.network, grid);
+    network_ = *model.network;
+    nodes_ = nodes_of(network_, grid);
+    if (network_.torus || !network_.memory_columns.empty() || network_.chip_columns != 0) return;
+    network_.columns = std::min(network_.columns, grid.width); // a wafer has a hundred times the nodes of such a part
+    network_.rows = std::min(network_.rows, grid.height);
 }
 
 TILEMESH_HOST NetworkTime NetworkPrices::of(SuperstepSample const& superstep)
@@ -118,9 +122,9 @@ TILEMESH_HOST NetworkTime NetworkPrices::of(SuperstepSample const& superstep)
     bool const whole = model_.exchange_cost == ExchangeCost::capacity;
     if (whole)
         if (auto const known = of_capacity_.find(superstep.capacity_bytes); known != of_capacity_.end()) return known->second;
-    auto const transfers = exchange_transfers(*model_.network, nodes_, superstep, grid_, model_.exchange_cost);
-    auto const latency = model_.network->latency.value; // of an exchange that carries nothing
-    auto const time = transfers.empty() ? NetworkTime{0, latency, latency, {}} : time_of(*model_.network, transfers);
+    auto const transfers = exchange_transfers(network_, nodes_, superstep, grid_, model_.exchange_cost);
+    auto const latency = network_.latency.value; // of an exchange that carries nothing
+    auto const time = transfers.empty() ? NetworkTime{0, latency, latency, {}} : time_of(network_, transfers);
     if (whole) of_capacity_.emplace(superstep.capacity_bytes, time);
     return time;
 }
