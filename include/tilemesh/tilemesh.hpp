@@ -37,6 +37,7 @@
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
 #include <tilemesh/model/exchange.hpp>
+#include <tilemesh/model/explore.hpp>
 #include <tilemesh/model/hosts.hpp>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/model/network.hpp>
