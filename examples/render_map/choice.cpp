@@ -36,6 +36,19 @@ bool may_be_fitted(Choice const& choice)
            asked.holds == own.holds && asked.reusable == own.reusable && asked.colour == own.colour;
 }
 
+/// The setup on the choice's machine, with the planes that it asks for.
+render::SetupChoice on_machine(render::SetupChoice setup, Choice const& choice)
+{
+    if (choice.machine == MachineKind::test) {
+        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+        setup.sizes = splat::roomy(setup.sizes);
+    }
+    if (choice.planes()) setup = render::with_planes(setup, choice.depth, choice.alpha);
+    if (choice.machine == MachineKind::file && choice.file.name != nullptr)
+        setup = render::on_machine(setup, choice.file, choice.tile_pixels, choice.channel_slots);
+    return setup;
+}
+
 } // namespace
 
 render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
@@ -47,12 +60,7 @@ render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
         setup.colour = *choice.pixels == PixelKind::float32 ? render::ColourFormat::float32 : render::ColourFormat::rgbx8;
     // A preset that drops has no FIFOs. If it is told to hold, it gets those of `lossless`, and the ledger lists them.
     if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
-    setup = render::fitted(setup, sh_degree, true, true);
-    if (choice.machine == MachineKind::test) {
-        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
-        setup.sizes = splat::roomy(setup.sizes);
-    }
-    return choice.planes() ? render::with_planes(setup, choice.depth, choice.alpha) : setup;
+    return on_machine(render::fitted(setup, sh_degree, true, true), choice);
 }
 
 render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand)
@@ -60,12 +68,7 @@ render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand cons
     if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
     // Records with harmonics always bloom.
     bool const blooms = demand.spans || demand.sh_degree != 0;
-    auto setup = render::fitted(preset_of(choice), demand.sh_degree, false, blooms);
-    if (choice.machine == MachineKind::test) {
-        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
-        setup.sizes = splat::roomy(setup.sizes);
-    }
-    return setup;
+    return on_machine(render::fitted(preset_of(choice), demand.sh_degree, false, blooms), choice);
 }
 
 tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_degree)
@@ -73,8 +76,9 @@ tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_de
     auto const setup = setup_of(choice, sh_degree);
     render::HomesChoice homes;
     homes.name = setup.name;
-    homes.machine = setup.machine;
     homes.fit = true;
+    if (choice.machine == MachineKind::file && choice.file.name != nullptr) homes = render::on_machine(homes, choice.file, choice.channel_slots);
+    else homes.machine = setup.machine;
     if (choice.machine == MachineKind::test) homes.sizes.held = setup.sizes.storage;
     homes.sh_degree = sh_degree;
     homes.colour = setup.colour;

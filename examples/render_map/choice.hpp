@@ -12,7 +12,7 @@
 namespace render_map {
 
 enum class Preset : std::uint32_t { lossless, paper, prototype };
-enum class MachineKind : std::uint32_t { mk2, test };
+enum class MachineKind : std::uint32_t { mk2, test, file };
 enum class EngineKind : std::uint32_t { threads, sequential };
 enum class SaturationKind : std::uint32_t { hold, drop };
 enum class CopiesKind : std::uint32_t { world, screen };
@@ -22,6 +22,9 @@ enum class PixelKind : std::uint32_t { float32, rgbx8 };
 struct Choice {
     Preset preset = Preset::lossless;
     MachineKind machine = MachineKind::mk2;
+    tilemesh::MachineSize file{};      ///< of MachineKind::file; Options::machine_file has its name. Without a name it is not read yet
+    std::uint32_t tile_pixels = 0;     ///< of a file's machine: pixels of a tile in the largest frame
+    std::uint32_t channel_slots = 0;   ///< of a file's machine: slots of a channel, if the user limits them
     EngineKind engine = EngineKind::threads;
     std::optional<SaturationKind> saturation{};
     std::optional<CopiesKind> copies{};

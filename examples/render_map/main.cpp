@@ -10,6 +10,7 @@
 #include "instruments.hpp"
 #include "journal.hpp"
 #include "limits.hpp"
+#include "machine.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "photographs.hpp"
@@ -291,6 +292,7 @@ std::string note_missing(Options const& options, render_map::Needs const& needs,
 int run(Options options)
 {
     Progress progress(!options.quiet);
+    render_map::load_machine(options);
     std::optional<render_map::TraceOutput> trace;
     if (options.trace) trace.emplace(options);
     progress.say("loading the map");
@@ -314,6 +316,7 @@ int run(Options options)
     auto shots = render_map::make_shots(options, shape, notes, sized_by);
     render_map::find_photographs(options, shots);
     options.choice.machine = render_map::machine_for(options, shots, notes);
+    render_map::fit_machine(options, shots, notes);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
@@ -327,6 +330,7 @@ int run(Options options)
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, gaussians, *renderer);
     result.notes = notes;
+    if (auto note = render_map::free_sram(options, renderer->facts()); !note.empty()) result.notes.push_back(std::move(note));
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const read = render_map::files_read(options, shots, sized_by);
     auto const out = render_map::prepare_outputs(options, shots, read);

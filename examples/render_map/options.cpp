@@ -251,9 +251,14 @@ constexpr Option options[] = {
          o.renderer.program = one_of<Program>(
              name, text, {{"auto", Program::automatic}, {"anchored", Program::anchored}, {"homes", Program::homes}});
      }},
-    {"--machine", "NAME", "mk2 | test (64 MiB per tile, any number of tiles) [mk2 if it has room]",
+    {"--machine", "NAME|FILE", "mk2 | test (64 MiB per tile) | a file (see below) [mk2 if it has room]",
      [](Options& o, auto name, auto text) {
          o.machine_named = true;
+         if (text.find_first_of("./") != std::string_view::npos) { // a name has neither
+             o.machine = input(o, name, text);
+             o.choice.machine = MachineKind::file;
+             return;
+         }
          o.choice.machine = one_of<MachineKind>(
              name, text, {{"mk2", MachineKind::mk2}, {"test", MachineKind::test}});
      }},
@@ -368,7 +373,7 @@ constexpr Option options[] = {
      }},
     {"--trace-tiles", "", "also write .tiles.csv of a frame with more than 200,000 lines (10 MB)",
      [](Options& o, auto, auto) { o.trace_tiles = true; }},
-    {"--cost-model", "FILE", "cost model for the trace, a text file like DIR/model.txt [mk2]",
+    {"--cost-model", "FILE", "cost model for the trace, a text file like DIR/model.txt [--machine's]",
      [](Options& o, auto name, auto text) { o.cost_model = input(o, name, text); }},
     {"--energy", "FILE", "energy model for the trace: joules and source of each event (see below)",
      [](Options& o, auto name, auto text) { o.energy = input(o, name, text); }},
@@ -658,6 +663,10 @@ std::string help_text()
                   "    EuRoC    timestamp,px,py,pz,qw,qx,qy,qz, in nanoseconds\n"
                   "    KITTI    the 12 numbers of a 3x4 matrix, row by row\n"
                   "    Replica  the 16 numbers of a 4x4 matrix, row by row\n"
+                  "  Machines: a line `machine NAME`, then one number per line, `NUMBER VALUE UNIT SOURCE`, as\n"
+                  "  machines/bow.txt: tiles, SRAM, code, workers, clock, barrier, exchange. A preset that does not fit\n"
+                  "  there gets smaller channels, and storage takes the rest. The report has the name of the machine.\n"
+                  "  Cost models: as --trace writes them (model.txt); they may have the lines of a network.\n"
                   "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"
                   "  has a built-in value; include/tilemesh/model/energy.hpp lists the events.\n"
                   "\n"

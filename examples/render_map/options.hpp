@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/y4m.hpp>
 #include <tilemesh/scene/map_file.hpp>
@@ -43,6 +45,8 @@ struct Options {
     std::optional<tilemesh::scene::Size> size;
     std::optional<float> near_depth;                  ///< of all cameras
     bool machine_named = false;
+    std::optional<std::filesystem::path> machine;     ///< a file; empty: the machine is in `choice`
+    std::shared_ptr<tilemesh::MachineFile const> machine_file; ///< its content, once it is read (load_machine)
     Choice choice;
     tilemesh::RendererOptions renderer;
     std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, also 0; `renderer` has them too
@@ -52,7 +56,7 @@ struct Options {
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> trace;       ///< the folder; with it `choice.trace`
     bool trace_tiles = false;                         ///< also tables by superstep and tile of more than most_tile_lines
-    std::optional<std::filesystem::path> cost_model;  ///< empty: mk2()
+    std::optional<std::filesystem::path> cost_model;  ///< empty: that of the machine's file, or mk2()
     std::optional<std::filesystem::path> energy;      ///< an energy model; empty: no joules
     std::optional<std::uint32_t> follow;              ///< the id of a Gaussian
     std::uint32_t sh_degree = 3;                      ///< the highest degree

@@ -1,15 +1,13 @@
 #include "trace_output.hpp"
+#include "../shared/model_input.hpp"
 #include "../shared/png.hpp"
 #include "../shared/text.hpp"
 #include "outputs.hpp"
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <fstream>
 #include <iterator>
 #include <limits>
-#include <new>
 #include <numeric>
 #include <stdexcept>
 #include <system_error>
@@ -18,6 +16,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_table.hpp>
+#include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
@@ -49,28 +48,6 @@ constexpr char const* operation_meanings[] = {"A slot of a list or of a channel 
                                               "A copy that is taken from a channel or given to one.", "Two keys that are compared and put in order.",
                                               "A Gaussian-pixel pair that is evaluated.", "A pixel that is begun and written."};
 static_assert(std::size(operation_meanings) == std::size(tilemesh::splat::Operation::names), "each operation needs its meaning");
-
-/// What `read` makes of a regular file. Opens no pipe and no device: they wait, or never end.
-template <class Model>
-Model load_model(std::filesystem::path const& file, Model (*read)(std::istream&, std::string const&), char const* what,
-                 char const* remedy)
-{
-    namespace fs = std::filesystem;
-    auto const refuse = [&](std::string const& why) {
-        throw tilemesh::Error("cannot read the " + std::string(what) + " " + file.string() + " (" + why + "); " + remedy);
-    };
-    std::error_code refused;
-    auto const status = fs::status(file, refused);
-    if (refused == std::errc::not_enough_memory) throw std::bad_alloc();
-    if (refused) refuse(refused.message());
-    if (fs::is_directory(status)) refuse("it is a directory");
-    if (!fs::is_regular_file(status)) refuse("it is a pipe or a device");
-    errno = 0;
-    std::ifstream in(file, std::ios::binary);
-    if (!in && errno == ENOMEM) throw std::bad_alloc();
-    if (!in) refuse(std::generic_category().message(errno));
-    return read(in, file.string());
-}
 
 /// The counters in the table of all frames.
 struct CounterColumn {
@@ -185,12 +162,13 @@ std::string tile_text(tilemesh::TileId tile)
 
 TraceOutput::TraceOutput(Options const& options)
     : options_(options), folder_(options.trace.value()), followed_(options.follow.value_or(0)),
-      model_(options.cost_model ? load_model(*options.cost_model, tilemesh::read_cost_model, "cost model",
-                                             "name a file as --trace writes it (model.txt)")
-                                : tilemesh::mk2())
+      model_(options.cost_model     ? shared::load_model(*options.cost_model, tilemesh::read_cost_model, "cost model",
+                                                         "name a file as --trace writes it (model.txt)")
+             : options.machine_file ? cost_model_of(*options.machine_file)
+                                    : tilemesh::mk2())
 {
     if (options.energy)
-        energy_model_ = load_model(*options.energy, tilemesh::read_energy_model, "energy model",
+        energy_model_ = shared::load_model(*options.energy, tilemesh::read_energy_model, "energy model",
                                    "name a file of a line \"energy NAME\" and a line \"EVENT FEMTOJOULES fJ SOURCE\" an event");
     if (followed_ != 0) follow_csv_ = "frame,superstep,kernel,tile_x,tile_y,what,side,refusal\n";
 }

@@ -37,8 +37,11 @@
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
 #include <tilemesh/model/exchange.hpp>
+#include <tilemesh/model/explore.hpp>
 #include <tilemesh/model/hosts.hpp>
+#include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/model/network.hpp>
+#include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/model/step_costs.hpp>

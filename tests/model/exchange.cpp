@@ -131,11 +131,107 @@ TEST_CASE("Wormhole's tiles lie beside its memory, and each direction takes the 
     auto both = m;
     both.chips = {2, 2, 50, 1000, "by hand"};
     CHECK(has(refusal(both, grid), "has a network and chips"));
-    std::ostringstream out;
-    auto written = mk2();
-    written.network = wormhole();
-    CHECK(has(error_of([&] { write_cost_model(out, written); }), "no lines for its network"));
     CHECK(has(error_of([&] { (void)exchange_network(m, {1025, 1}); }), "each side is 1 to 1,024"));
+}
+
+TEST_CASE("a grid on a part of a mesh costs what its transfers cost on all of it")
+{
+    support::Random random(9);
+    Grid const grid{6, 4};
+    auto m = model();
+    m.exchange_cost = ExchangeCost::live;
+    m.exchange_cycles = 7;
+    m.network = Network{};
+    m.network->name = "large";
+    m.network->columns = 40, m.network->rows = 30;
+    m.network->link = {4, "by hand"};
+    m.network->port_in = {8, "by hand", 3};
+    m.network->flit = {4, "by hand"};
+    m.network->packet = {1000, "by hand"};
+    m.network->hop = {1, "by hand"};
+    auto const trace = random_trace(grid, random);
+    auto const cost = model_cost(m, trace, grid);
+    auto const nodes = nodes_of(*m.network, grid);
+    std::uint32_t priced = 0;
+    for (std::size_t k = 0; k < trace.supersteps.size(); ++k) {
+        auto const transfers = exchange_transfers(*m.network, nodes, trace.supersteps[k], grid, m.exchange_cost);
+        if (transfers.empty()) continue;
+        auto const time = time_of(*m.network, transfers);
+        CHECK(cost.supersteps[k].exchange == 7 + time.drained);
+        CHECK(cost.supersteps[k].bound == time.bound);
+        ++priced;
+    }
+    CHECK(priced > 4);
+}
+
+TEST_CASE("a model's file holds its network: written and read back equal, with the same cycles; bad lines are refused in one line")
+{
+    auto const text_of = [](CostModel const& m) {
+        std::ostringstream out;
+        write_cost_model(out, m);
+        return out.str();
+    };
+    auto const read = [](std::string const& text) {
+        std::istringstream in(text);
+        return read_cost_model(in, "m.txt");
+    };
+    Grid const grid{6, 5};
+    support::Random random(5);
+    auto const trace = random_trace(grid, random);
+    auto compiled = mk2();
+    compiled.chips = {3, 2, 50, 1500, "by hand"};
+    auto const from_compiled = exchange_network(compiled, grid);
+    for (auto const& network : {wormhole(), blackhole(), exchange_network(mk2(), grid), from_compiled}) {
+        auto m = mk2();
+        m.network = network;
+        m.name = network.name;
+        auto const again = read(text_of(m));
+        CHECK(again == m);
+        CHECK(model_cost(again, trace, grid).cycles == model_cost(m, trace, grid).cycles);
+        CHECK(text_of(again) == text_of(m));
+    }
+    CHECK(from_compiled.border.per == 3); // 1.5 cycles a byte is a rate of 2 bytes in 3 cycles
+    auto at_border = mk2();
+    at_border.network = from_compiled;
+    CHECK(has(text_of(at_border), "network.border 2/3 "));
+
+    auto m = mk2();
+    m.network = wormhole();
+    auto const whole = text_of(m);
+    auto const refuses = [&](std::string const& from, std::string const& to, char const* words) {
+        auto text = whole;
+        auto const at = text.find('\n' + from) + 1;
+        REQUIRE(at != 0);
+        text.replace(at, text.find('\n', at) - at, to);
+        auto const said = error_of([&] { (void)read(text); });
+        INFO(said);
+        CHECK(said.rfind("m.txt ", 0) == 0);
+        CHECK(has(said, words));
+        CHECK(said.find('\n') == std::string::npos);
+    };
+    refuses("network ", "network ring kind n", "has no kind of network");
+    refuses("network ", "", "without \"network\"");
+    refuses("network.nodes", "", "without its nodes");
+    refuses("network.nodes", "network.nodes 10 nodes x", "COLUMNSxROWS");
+    refuses("network.nodes", "network.nodes 0x12 nodes x", "COLUMNSxROWS");
+    refuses("network.nodes", "network.nodes 10x1025 nodes x", "COLUMNSxROWS");
+    refuses("network.nodes", "network.nodes 5x12 nodes x", "has a memory column 5 (the network has 5 columns");
+    refuses("network.memory_columns", "network.memory_columns 0, columns x", "with commas between them");
+    refuses("network.link", "network.link 4097 bytes_a_cycle x", "has no value of network.link");
+    refuses("network.link", "network.link 32/0 bytes_a_cycle x", "has no value of network.link");
+    refuses("network.link", "network.link 32 bytes x", "has another unit");
+    refuses("network.hop", "network.hop 1/2 cycles x", "has no whole number");
+    refuses("network.hop", "network.hop 1000001 cycles x", "is out of range");
+    refuses("network.hop", "network.hop 9 cycles", "has no source");
+    refuses("network.hop", "network.hops 9 cycles x", "use network, network.nodes");
+    refuses("network.packet", "", "without its packets");
+
+    m.network->hop.source.clear();
+    CHECK(has(error_of([&] { (void)text_of(m); }), "the source of network.hop is not one line"));
+    m.network = wormhole();
+    m.network->sources.nodes.clear();
+    CHECK(has(error_of([&] { (void)text_of(m); }), "the source of network.nodes is not one line"));
+    CHECK(has(error_of([&] { set_price(m, "network.hop", 1, "x"); }), "cannot be priced"));
 }
 
 TEST_CASE("what bounds a superstep: the largest part, and of an exchange its resource")

@@ -59,3 +59,46 @@ TEST_CASE("fill_storage refuses a grid, a tile and an SRAM without room")
     CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {65535, 20}), Error);
     CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {1000, 1000}), Error);
 }
+
+TEST_CASE("on_machine: a preset keeps its sizes where they fit; elsewhere channels shrink as the SRAM does, and storage takes the rest")
+{
+    auto const lossless = choice_of<Lossless>();
+    auto machine = size_of_machine<Mk2>();
+    CHECK(render::on_machine(lossless, machine, 640).sizes == lossless.sizes);
+    machine.sram_bytes *= 2;
+    CHECK(render::on_machine(lossless, machine, 640).sizes == lossless.sizes);
+
+    // Half of the bytes behind the code: half of the slots of channels and FIFOs.
+    machine = size_of_machine<Mk2>();
+    machine.sram_bytes = machine.code_bytes + (machine.sram_bytes - machine.code_bytes) / 2;
+    auto half = render::on_machine(lossless, machine, 320);
+    CHECK(half.machine.sram_bytes == machine.sram_bytes);
+    CHECK(half.sizes.road == 100);
+    CHECK(half.sizes.beam == 100);
+    CHECK(half.sizes.waiting == 100);
+    CHECK(half.sizes.tile_pixels == 320);
+    CHECK(facts_of(half).sizes.storage > 1000);
+    ++half.sizes.storage;
+    CHECK_THROWS_AS(facts_of(half), Error);
+    CHECK(render::on_machine(lossless, machine, 320, 30).sizes.road == 30);
+    CHECK(render::on_machine(lossless, machine, 320, 30).sizes.storage > half.sizes.storage);
+    CHECK(render::on_machine(lossless, machine, 320, 5000).sizes.road == 200); // at most the preset's
+
+    // More pixels than the preset has: storage gives way.
+    auto const large = render::on_machine(lossless, size_of_machine<Mk2>(), 4000);
+    CHECK(large.sizes.tile_pixels == 4000);
+    CHECK(large.sizes.road == lossless.sizes.road);
+    CHECK(large.sizes.storage < lossless.sizes.storage - 250);
+    CHECK(facts_of(large).sram_bytes <= large.machine.sram_bytes);
+
+    machine.sram_bytes = machine.code_bytes + 100; // no room for a slot: facts_of says so
+    CHECK(render::on_machine(lossless, machine, 1).sizes.storage == 1);
+    CHECK_THROWS_AS(facts_of(render::on_machine(lossless, machine, 1)), Error);
+
+    render::HomesChoice homes;
+    auto const small = render::on_machine(homes, half.machine);
+    CHECK(small.sizes.parcels == 60);
+    CHECK(small.sizes.waiting == 60);
+    CHECK(render::on_machine(homes, half.machine, 7).sizes.parcels == 7);
+    CHECK(render::on_machine(homes, size_of_machine<Mk2>()).sizes == homes.sizes);
+}

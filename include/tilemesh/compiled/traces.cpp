@@ -1,4 +1,5 @@
-// A part of tilemesh::compiled: what is written of a trace: tables, diagrams, a page.
+// A part of tilemesh::compiled: what is written of a trace: tables, diagrams, a page; and fronts of studies.
+#include <tilemesh/model/detail/explore_code.hpp>
 #include <tilemesh/model/detail/trace_diagrams_code.hpp>
 #include <tilemesh/model/detail/trace_files_code.hpp>
 #include <tilemesh/model/detail/trace_maps_code.hpp>

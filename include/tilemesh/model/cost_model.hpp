@@ -78,7 +78,7 @@ struct CostModel {
     std::uint64_t exchange_cycles = 0, sync_cycles = 0, vote_cycles = 0;
     std::uint64_t exchange_millicycles_a_byte = 0;
     Chips chips = {};                                         ///< the grid is one chip, or several; not part of a model's file
-    std::optional<Network> network = {};                      ///< of a machine whose exchange is not compiled; not part of a model's file
+    std::optional<Network> network = {};                      ///< of a machine whose exchange is not compiled
     std::vector<ModelParameter> parameters;                        ///< where the numbers are from, for reports
     friend bool operator==(CostModel const&, CostModel const&) = default;
 };
@@ -135,6 +135,7 @@ public:
 private:
     CostModel const& model_;
     Grid grid_;
+    Network network_; ///< the model's; of a mesh of tiles alone, the part with the grid: no route leaves it
     std::vector<NetworkNode> nodes_;
     std::map<std::array<std::uint32_t, 4>, NetworkTime> of_capacity_; ///< by the bytes towards each side
 };

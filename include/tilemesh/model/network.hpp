@@ -45,6 +45,11 @@ struct Network {
     std::uint32_t chip_columns = 0, chip_rows = 0; ///< nodes of a chip, if the network lies on several, side by side; both 0: one chip
     NetworkNumber border{};                     ///< bytes a cycle over a border of two chips in one direction; its links share them
     NetworkNumber crossing{};                   ///< cycles of a border that bytes cross, besides
+    /// Where the numbers of nodes are from. Only a file needs them (write_cost_model).
+    struct Sources {
+        std::string nodes{}, memory_columns{}, chip{};
+        friend bool operator==(Sources const&, Sources const&) = default;
+    } sources{};
     friend bool operator==(Network const&, Network const&) = default;
 };
 

@@ -20,6 +20,7 @@ struct ParameterRule {
     std::string name;
     std::string_view unit;
     std::uint64_t least, most;
+    bool optional = false; ///< a file may leave it out
 };
 TILEMESH_HOST std::string range_text(ParameterRule const& rule);
 
@@ -53,7 +54,7 @@ public:
     /// The beginning of a file, and the names of its content in errors.
     struct Kind {
         std::string keyword, what, a_what;
-        std::string_view unit;   ///< a line with this unit and a name without a rule is an operation's
+        std::string_view unit;   ///< a line with this unit and a name without a rule is an operation's; empty: there are none
         std::uint64_t most = 0;  ///< the largest value of an operation
     };
     TILEMESH_HOST ParameterFile(std::istream& in, std::string const& file_name, Kind kind,
@@ -83,14 +84,14 @@ public:
         if (name_.empty())
             refuse("ends the file", "it holds no " + kind_.what, "begin it with \"" + kind_.keyword + " NAME\"");
     }
-    /// Throws `Error` if a parameter was left out.
+    /// Throws `Error` if a parameter was left out that is not optional.
     TILEMESH_HOST void expect_all() const;
 
 private:
     [[noreturn]] TILEMESH_HOST void refuse(std::string const& problem, std::string const& why,
                                            std::string const& todo) const;
-    /// The names of the parameters that have a rule.
-    TILEMESH_HOST std::string all_names() const;
+    /// The names of the parameters that have a rule: those that a file must have, or the optional ones.
+    TILEMESH_HOST std::string all_names(bool optional = false) const;
 
     template <class Word, class Set>
     void line(std::string_view rest, Word const& word, Set const& set)
@@ -114,9 +115,10 @@ private:
         if (is_new) {
             auto after = rest;
             take_word(after);
-            if (!is_operation_name(first) || take_word(after) != kind_.unit)
+            if (kind_.unit.empty() || !is_operation_name(first) || take_word(after) != kind_.unit)
                 refuse("has an unknown parameter", "\"" + shown(first) + "\"",
-                       "use " + all_names() + ", or the name of an operation and the unit " + std::string(kind_.unit));
+                       "use " + all_names(first.substr(0, 7) == "network") +
+                           (kind_.unit.empty() ? "" : ", or the name of an operation and the unit " + std::string(kind_.unit)));
             if (rules_.size() == known_ + most_operations)
                 refuse("has one operation more than " + std::to_string(most_operations), "\"" + shown(first) + "\"",
                        "name those that the program counts");

@@ -70,6 +70,10 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
 /// more does not fit. All other sizes stay, and `fit` is off. Throws Error as `layout_homes`, and if the SRAM has room for no home.
 TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile);
 
+/// Returns the choice on another machine: parcels and FIFOs shrink as the SRAM without the code does (`channel_slots`: they have so many
+/// slots, at most the choice's). With `fit`, the layout divides the rest among homes and held splats.
+TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, std::uint32_t channel_slots = 0);
+
 /// The facts of a choice. `routing` and `beam` are the slots of the one channel that the program has.
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger);
 

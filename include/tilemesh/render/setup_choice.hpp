@@ -221,6 +221,11 @@ inline SetupChoice with_planes(SetupChoice c, bool depth, bool alpha)
 /// not fit. All other sizes stay. Throws Error if the machine has fewer tiles than the grid, or has room for no slot.
 TILEMESH_HOST SetupChoice fill_storage(SetupChoice c, Grid grid, Extent2 tile);
 
+/// Returns the choice on another machine, for tiles of `tile_pixels` pixels. If its sizes fit there and have the pixels, they stay. Otherwise
+/// the framebuffer has the pixels, channels and FIFOs shrink as the SRAM without the code does (`channel_slots`: they have so many slots, at
+/// most the choice's), and storage takes the rest, at least one slot. `facts_of` refuses what does not fit even so.
+TILEMESH_HOST SetupChoice on_machine(SetupChoice c, MachineSize const& machine, std::uint32_t tile_pixels, std::uint32_t channel_slots = 0);
+
 }}} // namespace tilemesh::render
 
 #if !defined(TILEMESH_COMPILED)

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <utility>
 #include <vector>
@@ -81,7 +82,7 @@ TILEMESH_HOST void set_price(CostModel& model, std::string_view operation, std::
 {
     namespace d = model_detail;
     auto const fixed = d::parameter_rules({});
-    if (!d::is_operation_name(operation) || d::parameter_index(fixed, operation) != fixed.size())
+    if (!d::is_operation_name(operation) || d::is_network_name(operation) || d::parameter_index(fixed, operation) != fixed.size())
         throw Error("operation \"" + d::shown(operation) +
                     "\" cannot be priced (a file cannot tell it from another parameter: a name is a word of 1 to 64 printable ASCII "
                     "characters and no parameter's); call it something else");
@@ -184,9 +185,6 @@ TILEMESH_HOST void write_cost_model(std::ostream& out, CostModel const& model)
     if (model.chips != Chips{})
         throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (a file has no line for its chips); write it without chips, "
                     "and set CostModel::chips after reading");
-    if (model.network)
-        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (a file has no lines for its network); write it without one, and set "
-                    "CostModel::network after reading");
     std::string text = "# name value unit source; exchange_cost is capacity or live\nmodel " + model.name + '\n';
     auto const rules = d::parameter_rules(model.prices);
     for (std::size_t i = 0; i < rules.size(); ++i) {
@@ -209,6 +207,7 @@ TILEMESH_HOST void write_cost_model(std::ostream& out, CostModel const& model)
         throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
                     std::to_string(model.parameters.size()) + " parameters of " + std::to_string(rules.size()) +
                     "); keep those that it has");
+    if (model.network) text += d::network_lines(*model.network);
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
@@ -217,10 +216,14 @@ TILEMESH_HOST CostModel read_cost_model(std::istream& in, std::string const& fil
     namespace d = model_detail;
     CostModel model;
     std::map<std::string, ModelParameter> read; // because set_parameter and set_price search all of the model for a name
-    auto const fixed = d::parameter_rules({});
-    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, fixed};
+    auto const fixed = d::parameter_rules({}), of_network = d::network_rules();
+    auto rules_of_file = fixed;
+    rules_of_file.insert(rules_of_file.end(), of_network.begin(), of_network.end());
+    d::NetworkReader network;
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, rules_of_file};
     file.read(
-        [](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
+        [&](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
+            if (at >= fixed.size() && at < rules_of_file.size()) return network.word(rules_of_file[at].name, word, refuse);
             if (at != 1) return {};
             auto const kind = std::find(d::exchange_cost_names.begin(), d::exchange_cost_names.end(), word);
             if (kind == d::exchange_cost_names.end())
@@ -228,11 +231,13 @@ TILEMESH_HOST CostModel read_cost_model(std::istream& in, std::string const& fil
             return static_cast<std::uint64_t>(kind - d::exchange_cost_names.begin());
         },
         [&](ModelParameter p) {
+            if (d::is_network_name(p.name)) return network.set(p);
             if (d::parameter_index(fixed, p.name) == fixed.size()) model.prices.push_back({p.name, 0});
             read.emplace(p.name, std::move(p));
         });
     model.name = file.name();
     file.expect_all();
+    model.network = network.take(file_name);
     auto const rules = d::parameter_rules(model.prices);
     for (std::size_t i = 0; i < rules.size(); ++i) {
         auto& p = read.at(rules[i].name);

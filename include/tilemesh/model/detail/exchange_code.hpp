@@ -33,6 +33,7 @@ TILEMESH_HOST Network exchange_network(CostModel const& model, Grid grid)
     Network n;
     n.name = model.name;
     n.columns = grid.width, n.rows = grid.height;
+    n.sources = {"document: a node a tile", "", model.chips.source};
     n.port_in = rate(model.exchange_millicycles_a_byte, source("exchange_byte"));
     n.flit = {1, "document: a compiled exchange has no packets"};
     n.packet = {std::uint64_t{1} << 19, "document: a compiled exchange has no packets"};
@@ -110,7 +111,11 @@ TILEMESH_HOST NetworkPrices::NetworkPrices(CostModel const& model, Grid grid) : 
     if (!model.network) return;
     if (model.chips != Chips{})
         throw Error("cost model \"" + model.name + "\" has a network and chips (a network says itself on how many chips it lies); leave one of them out");
-    nodes_ = nodes_of(*model.network, grid);
+    network_ = *model.network;
+    nodes_ = nodes_of(network_, grid);
+    if (network_.torus || !network_.memory_columns.empty() || network_.chip_columns != 0) return;
+    network_.columns = std::min(network_.columns, grid.width); // a wafer has a hundred times the nodes of such a part
+    network_.rows = std::min(network_.rows, grid.height);
 }
 
 TILEMESH_HOST NetworkTime NetworkPrices::of(SuperstepSample const& superstep)
@@ -120,9 +125,9 @@ TILEMESH_HOST NetworkTime NetworkPrices::of(SuperstepSample const& superstep)
     for (Direction d : news) sides[index(d)] = superstep.capacity_towards(d);
     if (whole)
         if (auto const known = of_capacity_.find(sides); known != of_capacity_.end()) return known->second;
-    auto const transfers = exchange_transfers(*model_.network, nodes_, superstep, grid_, model_.exchange_cost);
-    auto const latency = model_.network->latency.value; // of an exchange that carries nothing
-    auto const time = transfers.empty() ? NetworkTime{0, latency, latency, {}} : time_of(*model_.network, transfers);
+    auto const transfers = exchange_transfers(network_, nodes_, superstep, grid_, model_.exchange_cost);
+    auto const latency = network_.latency.value; // of an exchange that carries nothing
+    auto const time = transfers.empty() ? NetworkTime{0, latency, latency, {}} : time_of(network_, transfers);
     if (whole) of_capacity_.emplace(sides, time);
     return time;
 }

@@ -20,6 +20,7 @@ TILEMESH_HOST Network wormhole()
     n.columns = 10, n.rows = 12;
     n.torus = true;
     n.memory_columns = {0, 5};
+    n.sources = {isa + ": 10 x 12 nodes", isa + ": DRAM lies in columns 0 and 5", ""};
     n.link = {32, isa + ": a link carries a flit of 32 bytes a cycle"};
     n.port_in = n.port_out = {32, isa + ": as a link"};
     n.memory = {24, isa + ": a DRAM channel"};
@@ -41,6 +42,7 @@ TILEMESH_HOST Network blackhole()
     n.columns = 17, n.rows = 12;
     n.torus = true;
     n.memory_columns = {0, 9};
+    n.sources = {isa + ": 17 x 12 nodes", isa + ": DRAM lies in columns 0 and 9", ""};
     n.link = {64, isa + ": a link carries a flit of 64 bytes a cycle"};
     n.port_in = n.port_out = {64, isa + ": as a link"};
     n.memory = {0, none};

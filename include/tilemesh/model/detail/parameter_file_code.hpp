@@ -97,7 +97,7 @@ TILEMESH_HOST ParameterFile::ParameterFile(std::istream& in, std::string const& 
 TILEMESH_HOST void ParameterFile::expect_all() const
 {
     for (std::size_t i = 0; i < rules_.size(); ++i)
-        if (seen_[i] == 0) {
+        if (seen_[i] == 0 && !rules_[i].optional) {
             auto const& name = rules_[i].name;
             refuse("ends the file", "parameter " + name + " is missing",
                    "add \"" + name + " VALUE " + std::string(rules_[i].unit) + " SOURCE\"");
@@ -109,13 +109,11 @@ TILEMESH_HOST void ParameterFile::refuse(std::string const& problem, std::string
     throw Error(shown(file_name_) + " line " + std::to_string(number_) + " " + problem + " (" + why + "); " + todo);
 }
 
-TILEMESH_HOST std::string ParameterFile::all_names() const
+TILEMESH_HOST std::string ParameterFile::all_names(bool optional) const
 {
     std::string all;
-    for (std::size_t i = 0; i < known_; ++i) {
-        if (i > 0) all += ", ";
-        all += rules_[i].name;
-    }
+    for (std::size_t i = 0; i < known_; ++i)
+        if (rules_[i].optional == optional) all += (all.empty() ? "" : ", ") + rules_[i].name;
     return all;
 }
 

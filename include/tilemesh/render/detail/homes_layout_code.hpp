@@ -4,6 +4,7 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/setup_choice.hpp>
 #include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
@@ -121,6 +122,14 @@ TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile)
     two.homes = 2;
     auto const slot = HomesLedger(c, two).bytes - one.ledger.bytes;
     c.sizes.homes = static_cast<std::uint32_t>(std::min<std::uint64_t>(1 + (c.machine.sram_bytes - one.ledger.bytes) / slot, 0x7fffffffu));
+    return c;
+}
+
+TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, std::uint32_t channel_slots)
+{
+    for (auto* slots : {&c.sizes.parcels, &c.sizes.waiting})
+        *slots = channel_slots == 0 ? detail::shrunk(*slots, c.machine, machine) : std::min(*slots, channel_slots);
+    c.machine = machine;
     return c;
 }
 

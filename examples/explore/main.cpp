@@ -1,0 +1,374 @@
+// explore: a study of machines, policies and capacities. It renders what must be rendered once, and prices the rest.
+#include "../shared/option_values.hpp"
+#include "../shared/output_files.hpp"
+#include "../shared/png.hpp"
+#include "../shared/process.hpp"
+#include "../shared/sha256.hpp"
+#include "../shared/text.hpp"
+#include "page.hpp"
+#include "runs.hpp"
+#include "study.hpp"
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <tilemesh/error.hpp>
+#include <tilemesh/report/distinct_files.hpp>
+#include <tilemesh/report/number_text.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace report = tilemesh::report;
+using explore::Frames;
+using explore::Point;
+using explore::Setting;
+using explore::Sized;
+using explore::Study;
+using report::thousands;
+using tilemesh::Error;
+using Json = nlohmann::ordered_json;
+
+constexpr char const* help = R"(usage: explore STUDY.json --csv FILE --out DIR [OPTION VALUE]...
+Renders each view of a study once for all points with the same counts, and prices the others without a run: prices,
+clocks and networks change no count. Capacities, policies and workers do, so that their points run.
+  STUDY.json                 the study (examples/README.md): machines, programs, presets, qualities, sizes, costs
+  --csv FILE                 a line a point
+  --out DIR                  points.jsonl, index.html with the Pareto front, and a picture a run
+  --threads N                [all of this machine's]
+  --quiet                    print errors only
+The same command goes on after an interrupt: a point of points.jsonl with the same digest does not run again.
+)";
+constexpr char const *points_file = "points.jsonl", *page_file = "index.html";
+
+struct Options {
+    fs::path study, csv, out;
+    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+    bool quiet = false;
+};
+
+std::optional<Options> options_of(int argc, char** argv)
+{
+    constexpr shared::OptionValues values("explore");
+    Options o;
+    for (int i = 1; i < argc; ++i) {
+        std::string_view const name = argv[i];
+        auto const value = [&] { return values.next(argc, argv, i); };
+        if (name == "--help") {
+            shared::print(help, "send it to a file or a terminal with room", std::cout);
+            return {};
+        }
+        if (name == "--quiet") o.quiet = true;
+        else if (name == "--csv") o.csv = value();
+        else if (name == "--out") o.out = value();
+        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
+        else if (name.substr(0, 1) == "-" || name.empty() || !o.study.empty()) values.refuse("an option", name, "there is no such option, or a second study");
+        else o.study = name;
+    }
+    if (o.study.empty()) throw Error("no study is named (there is nothing to explore); name one: explore STUDY.json --csv FILE --out DIR");
+    if (o.csv.empty()) throw Error("no table is named (a study ends in one); add --csv FILE");
+    if (o.out.empty()) throw Error("no folder is named (points and pictures go there); add --out DIR");
+    return o;
+}
+
+bool is_picture(std::string const& name)
+{
+    return name.starts_with("run_") && name.ends_with(".png");
+}
+
+void check_outputs(Options const& o, Study const& study)
+{
+    constexpr char const *csv_remedy = "name another file with --csv", *out_remedy = "name another directory with --out";
+    shared::make_folder(o.out, "--out");
+    shared::check_file(o.csv, "the table", csv_remedy);
+    report::DistinctFiles files;
+    for (auto const& file : study.read) files.read(file);
+    if (!o.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    files.write_into(o.out, is_picture, "a picture", out_remedy);
+    files.write(o.out / points_file, "the list of points", out_remedy);
+    files.write(o.out / page_file, "the page", out_remedy);
+    files.write(o.csv, "the table", csv_remedy);
+}
+
+// --- the list of finished points ---------------------------------------------------------------
+
+/// A point as a line. Infinite PSNR (equal pictures) is null.
+std::string line_of(Point const& p)
+{
+    Json json;
+    json["digest"] = p.digest;
+    json["name"] = p.name;
+    json["psnr_db"] = p.psnr_db;
+    json["modelled_ms"] = p.modelled_ms;
+    json["sram_bytes"] = p.sram_bytes;
+    json["exchanged_bytes"] = p.exchanged_bytes;
+    json["lost"] = p.lost;
+    json["left_out"] = p.left_out;
+    json["refused"] = p.refused;
+    json["picture"] = p.picture;
+    json["cycles"] = p.cycles;
+    json["exchanges"] = p.exchanges;
+    json["passes"] = p.passes;
+    json["pairs"] = p.pairs;
+    json["slowest_to_mean"] = p.slowest_to_mean;
+    json["host_ms"] = p.host_ms;
+    json["storage"] = p.storage;
+    json["channel"] = p.channel;
+    json["waiting"] = p.waiting;
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+std::optional<Point> point_of(std::string const& line)
+try {
+    auto const json = Json::parse(line);
+    Point p;
+    p.digest = json.at("digest").get<std::string>();
+    p.name = json.at("name").get<std::string>();
+    p.psnr_db = json.at("psnr_db").is_null() ? std::numeric_limits<double>::infinity() : json.at("psnr_db").get<double>();
+    p.modelled_ms = json.at("modelled_ms").get<double>();
+    p.left_out = json.at("left_out").get<std::string>();
+    p.refused = json.at("refused").get<std::string>();
+    p.picture = json.at("picture").get<std::string>();
+    p.slowest_to_mean = json.at("slowest_to_mean").get<double>();
+    p.host_ms = json.at("host_ms").get<double>();
+    for (auto const& [key, to] : {std::pair("sram_bytes", &p.sram_bytes), std::pair("exchanged_bytes", &p.exchanged_bytes), std::pair("lost", &p.lost),
+                                  std::pair("cycles", &p.cycles), std::pair("exchanges", &p.exchanges), std::pair("passes", &p.passes), std::pair("pairs", &p.pairs)})
+        *to = json.at(key).get<std::uint64_t>();
+    for (auto const& [key, to] : {std::pair("storage", &p.storage), std::pair("channel", &p.channel), std::pair("waiting", &p.waiting)})
+        *to = json.at(key).get<std::uint32_t>();
+    return p;
+} catch (Json::exception const&) { // a line that is not whole: its point runs again
+    return {};
+}
+
+/// The points of an earlier run, by digest. A point whose picture is gone is not among them.
+std::map<std::string, Point> read_points(fs::path const& out)
+{
+    std::map<std::string, Point> found;
+    std::ifstream in(out / points_file, std::ios::binary);
+    for (std::string line; std::getline(in, line);) {
+        auto point = point_of(line);
+        std::error_code refused;
+        if (point && (point->picture.empty() || fs::is_regular_file(out / point->picture, refused))) found.insert_or_assign(point->digest, std::move(*point));
+    }
+    return found;
+}
+
+// --- the runs ----------------------------------------------------------------------------------
+
+/// Settings with equal counts.
+struct Group {
+    std::string key;
+    std::vector<std::size_t> members; ///< indices of settings
+    Sized sized;
+};
+
+class Exploration {
+public:
+    Exploration(Options const& options, Study const& study) : options_(options), study_(study), points_(study.settings.size()), done_(study.settings.size())
+    {
+        std::map<std::string, std::size_t> groups;
+        auto const found = read_points(options.out);
+        for (std::size_t i = 0; i < study.settings.size(); ++i) {
+            auto sized = sizes_of(study.settings[i]);
+            auto key = run_key(study.settings[i], sized);
+            digests_.push_back(point_digest(study.settings[i], key));
+            if (auto const known = found.find(digests_[i]); known != found.end()) {
+                points_[i] = known->second;
+                done_[i] = true;
+                ++taken_over_;
+                continue;
+            }
+            if (!sized.refused.empty()) {
+                points_[i].name = study.settings[i].name;
+                points_[i].digest = digests_[i];
+                points_[i].refused = sized.refused;
+                done_[i] = true;
+                continue;
+            }
+            auto const [place, is_new] = groups.emplace(key, groups_.size());
+            if (is_new) groups_.push_back({std::move(key), {}, std::move(sized)});
+            groups_[place->second].members.push_back(i);
+        }
+    }
+    std::size_t runs() const { return groups_.size(); }
+    std::size_t taken_over() const { return taken_over_; }
+    std::size_t to_price() const
+    {
+        std::size_t n = 0;
+        for (auto const& group : groups_) n += group.members.size();
+        return n;
+    }
+    std::vector<Point> const& points() const { return points_; }
+    std::size_t finished() const { return static_cast<std::size_t>(std::count(done_.begin(), done_.end(), true)); }
+
+    /// Runs every group, several at once, until an interrupt. Writes the list of points after each.
+    void run()
+    {
+        write_points();
+        auto const workers = static_cast<std::uint32_t>(std::min<std::size_t>(options_.threads, std::max<std::size_t>(groups_.size(), 1)));
+        auto const threads = std::max(1u, options_.threads / workers);
+        std::atomic<std::size_t> next{0};
+        std::vector<std::thread> others;
+        auto const work = [&] {
+            for (std::size_t g = next++; g < groups_.size() && shared::interrupt() == 0 && !failed_; g = next++) {
+                try {
+                    run_group(groups_[g], threads);
+                } catch (...) {
+                    std::lock_guard const lock(mutex_);
+                    if (!failed_) error_ = std::current_exception();
+                    failed_ = true;
+                }
+            }
+        };
+        for (std::uint32_t k = 1; k < workers; ++k) others.emplace_back(work);
+        work();
+        for (auto& other : others) other.join();
+        if (error_) std::rethrow_exception(error_);
+    }
+
+private:
+    void run_group(Group const& group, std::uint32_t threads)
+    {
+        auto const& first = study_.settings[group.members.front()];
+        std::string refused;
+        std::optional<Frames> frames;
+        try {
+            frames = explore::run(first, group.sized, references(first), threads);
+        } catch (Error const& error) { // the renderer refuses this setting: that is a result, too
+            refused = error.what();
+        }
+        std::vector<Point> priced(group.members.size());
+        std::string picture;
+        if (frames) {
+            picture = "run_" + shared::sha256(group.key).substr(0, 16) + ".png";
+            report::write_whole(options_.out / picture, shared::png_bytes(frames->picture));
+            std::atomic<std::size_t> next{0};
+            std::exception_ptr error;
+            auto const price = [&] {
+                for (std::size_t k = next++; k < priced.size(); k = next++) {
+                    try {
+                        auto const i = group.members[k];
+                        priced[k] = explore::priced(study_.settings[i], *frames, digests_[i]);
+                    } catch (Error const& wrong) { // a network without room for the grid, a price that is missing
+                        priced[k].refused = wrong.what();
+                    } catch (...) {
+                        std::lock_guard const lock(mutex_);
+                        error = std::current_exception();
+                    }
+                }
+            };
+            std::vector<std::thread> others;
+            for (std::uint32_t k = 1; k < threads; ++k) others.emplace_back(price);
+            price();
+            for (auto& other : others) other.join();
+            if (error) std::rethrow_exception(error);
+        }
+        std::lock_guard const lock(mutex_);
+        for (std::size_t k = 0; k < priced.size(); ++k) {
+            auto const i = group.members[k];
+            points_[i] = std::move(priced[k]);
+            points_[i].name = study_.settings[i].name;
+            points_[i].digest = digests_[i];
+            points_[i].picture = picture;
+            if (!frames) points_[i].refused = refused;
+            done_[i] = true;
+        }
+        ++ran_;
+        write_points();
+        if (!options_.quiet)
+            std::cerr << shared::one_line("run " + thousands(ran_) + " of " + thousands(groups_.size()) + ": " + first.name + ", " + thousands(priced.size()) +
+                                              (priced.size() == 1 ? " point" : " points, one run"), 200)
+                      << std::endl;
+    }
+    /// The references of a setting's map, computed once.
+    std::vector<report::Image> const& references(Setting const& s)
+    {
+        std::lock_guard const lock(references_mutex_);
+        auto const [at, is_new] = references_.try_emplace(s.subject.get());
+        if (is_new) at->second = explore::references_of(*s.subject, options_.threads);
+        return at->second;
+    }
+    void write_points() const
+    {
+        std::string text;
+        for (std::size_t i = 0; i < points_.size(); ++i)
+            if (done_[i]) text += line_of(points_[i]);
+        report::write_whole(options_.out / points_file, text);
+    }
+
+    Options const& options_;
+    Study const& study_;
+    std::vector<Group> groups_;
+    std::vector<std::string> digests_;
+    std::vector<Point> points_;
+    std::vector<bool> done_;
+    std::size_t taken_over_ = 0, ran_ = 0;
+    std::map<explore::Subject const*, std::vector<report::Image>> references_;
+    std::mutex mutex_, references_mutex_;
+    std::atomic<bool> failed_ = false;
+    std::exception_ptr error_;
+};
+
+int run(Options const& o)
+{
+    auto const study = explore::load_study(o.study);
+    check_outputs(o, study);
+    Exploration exploration(o, study);
+    auto const how = thousands(study.settings.size()) + " points: " + thousands(exploration.taken_over()) + " from an earlier run, " +
+                     thousands(exploration.runs()) + " runs for " + thousands(exploration.to_price()) +
+                     " points. Points with the same counts share a run; prices, clocks and networks need none.";
+    if (!o.quiet) std::cerr << how << std::endl;
+    exploration.run();
+    if (auto const signal = shared::interrupt(); signal != 0 && exploration.finished() < study.settings.size()) {
+        std::cerr << "interrupted after " << exploration.finished() << " of " << study.settings.size() << " points (" << shared::signal_name(signal)
+                  << "); the same command goes on" << std::endl;
+        return 128 + signal;
+    }
+    auto const& points = exploration.points();
+    std::vector<tilemesh::StudyPoint> const values(points.begin(), points.end());
+    auto const front = front_of(values);
+    report::write_whole(o.csv, csv_of(study, points));
+    report::write_whole(o.out / page_file, page_of(study, points, how));
+    if (o.quiet) return 0;
+    std::string text = how + "\n";
+    for (auto const i : front) {
+        if (front.size() > 20 && i != front.front() && i != front.back()) continue;
+        auto const mark = mark_of(points[i]);
+        text += "  " + points[i].name + ": " + report::decimals(points[i].psnr_db, 2) + " dB, " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
+                thousands(points[i].sram_bytes) + " bytes a tile" + (mark.empty() ? "" : "; " + mark) + "\n";
+    }
+    text += knee_text(values, front) + "\nwrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";
+    shared::print(text, "the study is written; --quiet prints errors only", std::cout);
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return shared::run_softly("explore", [&] {
+        auto const options = options_of(argc, argv);
+        if (!options) return 0;
+        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
+        return run(*options);
+    });
+}

@@ -1,0 +1,231 @@
+#include "page.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <tilemesh/model/explore.hpp>
+#include <tilemesh/model/trace_section.hpp>
+#include <tilemesh/number_text.hpp>
+#include <tilemesh/report/html.hpp>
+#include <tilemesh/report/number_text.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/splat/quality.hpp>
+
+namespace explore {
+
+namespace {
+
+namespace report = tilemesh::report;
+using report::decimals;
+using report::thousands;
+
+std::vector<tilemesh::StudyPoint> plain(std::vector<Point> const& points)
+{
+    return {points.begin(), points.end()};
+}
+std::string psnr_text(double db)
+{
+    return std::isinf(db) ? "equal" : decimals(db, 3);
+}
+/// The shortest digits that read back as the same number.
+std::string number(double value)
+{
+    if (!std::isfinite(value)) return "inf";
+    std::array<char, 40> text{};
+    return {text.data(), tilemesh::write_number(text.data(), text.data() + text.size(), value).ptr};
+}
+/// A field of a CSV.
+std::string quoted(std::string const& text)
+{
+    if (text.find_first_of(",\"\n") == text.npos) return text;
+    std::string out = "\"";
+    for (char const c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + '"';
+}
+
+/// An axis of a diagram. It is logarithmic if its values span more than a factor of 20.
+struct Axis {
+    std::string label;
+    std::function<double(Point const&)> of;
+};
+class Scale {
+public:
+    Scale(std::vector<Point> const& points, Axis const& axis, double from_px, double to_px) : from_(from_px), to_(to_px)
+    {
+        bool first = true;
+        for (auto const& p : points) {
+            if (!p.refused.empty()) continue;
+            auto const v = axis.of(p);
+            low_ = first ? v : std::min(low_, v);
+            high_ = first ? v : std::max(high_, v);
+            first = false;
+        }
+        log_ = low_ > 0 && high_ > 20 * low_;
+        double const margin = log_ ? 0 : high_ > low_ ? 0.04 * (high_ - low_) : std::max(1.0, std::fabs(high_)) * 0.04;
+        low_ = log_ ? low_ / 1.15 : low_ - margin;
+        high_ = log_ ? high_ * 1.15 : high_ + margin;
+    }
+    double px(double v) const
+    {
+        auto const place = log_ ? std::log(v / low_) / std::log(high_ / low_) : (v - low_) / (high_ - low_);
+        return from_ + place * (to_ - from_);
+    }
+    std::vector<double> ticks() const
+    {
+        std::vector<double> out;
+        if (log_) {
+            for (double power = std::pow(10.0, std::floor(std::log10(low_))); power <= high_; power *= 10)
+                for (double const m : {1.0, 2.0, 5.0})
+                    if (m * power >= low_ && m * power <= high_) out.push_back(m * power);
+            return out;
+        }
+        double step = std::pow(10.0, std::floor(std::log10((high_ - low_) / 4)));
+        while ((high_ - low_) / step > 8) step *= step * 2 > 0 && (high_ - low_) / (step * 2) > 5 ? 2 : 2.5;
+        for (double at = std::ceil(low_ / step) * step; at <= high_; at += step) out.push_back(std::fabs(at) < step / 1e6 ? 0 : at);
+        return out;
+    }
+
+private:
+    double from_, to_, low_ = 0, high_ = 1;
+    bool log_ = false;
+};
+
+std::string all_measures(Point const& p)
+{
+    auto const mark = mark_of(p);
+    return p.name + ": " + psnr_text(p.psnr_db) + " dB, " + decimals(p.modelled_ms, 4) + " ms modelled, " + thousands(p.sram_bytes) + " bytes of SRAM a tile, " +
+           thousands(p.exchanged_bytes) + " bytes exchanged" + (mark.empty() ? "" : "; " + mark);
+}
+
+/// A diagram of two measures. A point that loses something is a red cross, one whose time leaves something out a ring.
+std::string diagram(std::vector<Point> const& points, std::vector<std::size_t> const& front, std::optional<std::size_t> knee, Axis const& x_axis, Axis const& y_axis)
+{
+    constexpr double width = 860, height = 420, left = 80, right = 20, top = 14, bottom = 52;
+    constexpr std::size_t most_dots = 5000; // of points off the front; more cannot be told apart
+    Scale const x(points, x_axis, left, width - right), y(points, y_axis, height - bottom, top);
+    auto const px = [](double v) { return decimals(v, 1); };
+    std::string text = "<svg role=\"img\" viewBox=\"0 0 860 420\" width=\"860\" height=\"420\" font-family=\"sans-serif\" font-size=\"12\" style=\"max-width:100%;height:auto;background:#fff\">\n";
+    for (double const at : x.ticks())
+        text += "<line x1=\"" + px(x.px(at)) + "\" x2=\"" + px(x.px(at)) + "\" y1=\"14\" y2=\"368\" stroke=\"#ddd\"/><text x=\"" + px(x.px(at)) +
+                "\" y=\"384\" text-anchor=\"middle\" fill=\"#333\">" + report::short_number(at) + "</text>\n";
+    for (double const at : y.ticks())
+        text += "<line x1=\"80\" x2=\"840\" y1=\"" + px(y.px(at)) + "\" y2=\"" + px(y.px(at)) + "\" stroke=\"#ddd\"/><text x=\"74\" y=\"" + px(y.px(at) + 4) +
+                "\" text-anchor=\"end\" fill=\"#333\">" + report::short_number(at) + "</text>\n";
+    text += "<text x=\"460\" y=\"408\" text-anchor=\"middle\" fill=\"#333\">" + report::html_text(x_axis.label) + "</text><text transform=\"translate(16 190) rotate(-90)\" "
+            "text-anchor=\"middle\" fill=\"#333\">" + report::html_text(y_axis.label) + "</text>\n";
+    auto const dot = [&](std::size_t i, bool on_front) {
+        auto const& p = points[i];
+        auto const cx = x.px(x_axis.of(p)), cy = y.px(y_axis.of(p));
+        std::string shape;
+        if (p.lost != 0)
+            shape = "<path d=\"M" + px(cx - 4) + " " + px(cy - 4) + "L" + px(cx + 4) + " " + px(cy + 4) + "M" + px(cx - 4) + " " + px(cy + 4) + "L" + px(cx + 4) + " " +
+                    px(cy - 4) + "\" stroke=\"#d55e00\" stroke-width=\"" + (on_front ? "3" : "1.5") + "\" fill=\"none\">";
+        else
+            shape = "<circle cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"" + (on_front ? (knee == i ? "7" : "5") : "3") + "\" fill=\"" +
+                    (!p.left_out.empty() ? "none\" stroke=\"#888" : on_front ? "#0072b2" : "#bbb") + "\">";
+        shape += "<title>" + report::html_text(all_measures(p) + (knee == i ? " (the knee)" : on_front ? " (on the front)" : "")) + "</title>" +
+                 (p.lost != 0 ? "</path>" : "</circle>");
+        text += on_front && !p.picture.empty() ? "<a href=\"" + report::html_text(p.picture) + "\">" + shape + "</a>\n" : shape + "\n";
+    };
+    auto const every = std::max<std::size_t>((points.size() + most_dots - 1) / most_dots, 1);
+    for (std::size_t i = 0; i < points.size(); i += every)
+        if (points[i].refused.empty() && std::find(front.begin(), front.end(), i) == front.end()) dot(i, false);
+    for (auto const i : front) dot(i, true);
+    return text + "</svg>\n";
+}
+
+} // namespace
+
+std::string csv_of(Study const& study, std::vector<Point> const& points)
+{
+    auto const values = plain(points);
+    auto const front = front_of(values);
+    auto const knee = knee_of(values, front);
+    std::string text = "name,map,machine,program,preset,quality,capacities,costs,psnr_db,modelled_ms,cycles,sram_bytes,exchanged_bytes,lost,left_out,exchanges,"
+                       "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,picture,refused\n";
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        auto const& p = points[i];
+        auto const& s = study.settings[i];
+        auto const add = [&](std::string const& field) { text += quoted(field) + ","; };
+        auto const count = [&](std::uint64_t n) { add(p.refused.empty() ? std::to_string(n) : ""); };
+        for (auto const& field : {p.name, s.subject->name, s.machine->name, std::string(s.homes ? "homes" : "anchored"), s.preset,
+                                  std::string(s.quality ? tilemesh::splat::name(*s.quality) : "default"), s.capacities.name,
+                                  s.prices->name.empty() ? std::string("machine") : s.prices->name})
+            add(field);
+        add(p.refused.empty() ? number(p.psnr_db) : "");
+        add(p.refused.empty() ? number(p.modelled_ms) : "");
+        for (auto const n : {p.cycles, p.sram_bytes, p.exchanged_bytes, p.lost}) count(n);
+        add(p.left_out);
+        for (auto const n : {p.exchanges, p.passes, p.pairs}) count(n);
+        add(p.refused.empty() ? number(p.slowest_to_mean) : "");
+        for (auto const n : {p.storage, p.channel, p.waiting}) count(n);
+        add(std::find(front.begin(), front.end(), i) != front.end() ? "1" : "0");
+        add(knee == i ? "1" : "0");
+        add(p.picture);
+        text += quoted(p.refused) + "\n";
+    }
+    return text;
+}
+
+std::string page_of(Study const& study, std::vector<Point> const& points, std::string const& how)
+{
+    constexpr std::size_t most_rows = 1000;
+    auto const values = plain(points);
+    auto const front = front_of(values);
+    auto const knee = knee_of(values, front);
+    std::size_t refused = 0, lossy = 0, left_out = 0;
+    for (auto const& p : points) {
+        refused += p.refused.empty() ? 0u : 1u;
+        lossy += p.lost != 0 ? 1u : 0u;
+        left_out += p.left_out.empty() ? 0u : 1u;
+    }
+    report::HtmlReport html("Study " + study.name);
+    html.lead(knee_text(values, front));
+    std::vector<std::pair<std::string, std::string>> figures = {{"points", thousands(points.size())}, {"on the front", thousands(front.size())},
+                                                               {"lose something", thousands(lossy)}, {"do not run", thousands(refused)}};
+    html.figures(figures);
+    html.paragraph(how);
+    html.paragraph("The front has the points that no other one beats by error, modelled time, SRAM of a tile and bytes exchanged. Blue: on the front, a click opens its "
+                   "picture; the large dot is the knee. A red cross loses records, copies or tiles, so that its time is not that of a whole picture. A ring is a time "
+                   "\"at least\": a number of its machine is unknown, and it is on no front (" + thousands(left_out) + " points). Grey: another point is better.");
+    Axis const ms{"modelled ms a frame", [](Point const& p) { return p.modelled_ms; }};
+    Axis const psnr{"PSNR of the worst frame, dB", [](Point const& p) { return std::min(p.psnr_db, 150.0); }};
+    Axis const sram{"SRAM that a tile uses, bytes", [](Point const& p) { return static_cast<double>(p.sram_bytes); }};
+    Axis const bytes{"bytes exchanged", [](Point const& p) { return static_cast<double>(p.exchanged_bytes); }};
+    bool const any = refused < points.size();
+    if (any) html.section("Error against time").paragraph("@diagram 1@").section("Time against SRAM").paragraph("@diagram 2@")
+                 .section("Time against bytes exchanged").paragraph("@diagram 3@");
+    auto const row_of = [&](std::size_t i) -> std::vector<std::string> {
+        auto const& p = points[i];
+        if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", p.refused};
+        return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), thousands(p.sram_bytes), thousands(p.exchanged_bytes), thousands(p.lost),
+                thousands(p.exchanges), decimals(p.slowest_to_mean, 2), (knee == i ? "knee" : "") + std::string(knee == i && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
+    };
+    std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "SRAM, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile", "mark"};
+    std::vector<std::vector<std::string>> rows;
+    for (auto const i : front) if (rows.size() < most_rows) rows.push_back(row_of(i));
+    html.section("The front").table(headers, rows);
+    rows.clear();
+    for (std::size_t i = 0; i < points.size() && rows.size() < most_rows; ++i) rows.push_back(row_of(i));
+    html.folded_section(rows.size() < points.size() ? "The first " + thousands(rows.size()) + " of " + thousands(points.size()) + " points" : "All points",
+                        report::HtmlFold::closed, [&] { html.table(headers, rows); });
+    std::vector<std::vector<std::string>> machines;
+    for (auto const& s : study.settings)
+        if (std::none_of(machines.begin(), machines.end(), [&](auto const& row) { return row[0] == s.machine->name; }) && machines.size() < most_rows)
+            machines.push_back({s.machine->name, machine_text(*s.machine)});
+    html.folded_section("What is known of the machines", report::HtmlFold::closed, [&] { html.table({"machine", "its numbers"}, machines); });
+    html.paragraph(tilemesh::modelled_text);
+    auto text = html.str();
+    for (std::size_t k = 1; any && k <= 3; ++k) {
+        std::string const place = "<p>@diagram " + std::to_string(k) + "@</p>";
+        auto const at = text.find(place);
+        if (at != text.npos)
+            text.replace(at, place.size(), diagram(points, front, knee, ms, k == 1 ? psnr : k == 2 ? sram : bytes));
+    }
+    return text;
+}
+
+} // namespace explore

@@ -1,0 +1,64 @@
+#pragma once
+#include "study.hpp"
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/model/explore.hpp>
+#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/run_report.hpp>
+#include <vector>
+
+namespace explore {
+
+/// A point of the study, with the numbers that the front does not weigh.
+struct Point : tilemesh::StudyPoint {
+    std::string digest;             ///< of all that the point depends on
+    std::string picture;            ///< the file of its first frame
+    std::uint64_t cycles = 0;       ///< of all frames
+    std::uint64_t exchanges = 0, passes = 0, pairs = 0, live_bytes = 0, capacity_bytes = 0;
+    double slowest_to_mean = 0;     ///< computed cycles of the slowest tile over those of the mean tile
+    double host_ms = 0;             ///< of the run, which several points may share
+    std::uint32_t storage = 0, channel = 0, waiting = 0; ///< slots
+};
+
+/// The sizes of a setting on its machine, by either program.
+struct Sized {
+    tilemesh::render::SetupChoice anchored{};
+    tilemesh::render::HomesChoice homes{};
+    std::uint64_t sram_bytes = 0;
+    std::uint32_t storage = 0, channel = 0, waiting = 0;
+    std::string refused;            ///< why it cannot run
+};
+/// Never throws for a setting that does not fit: it says so.
+Sized sizes_of(Setting const& setting);
+
+/// Settings with equal keys have equal counts, bit for bit: a run of one of them prices all.
+std::string run_key(Setting const& setting, Sized const& sized);
+/// All that a point depends on.
+std::string point_digest(Setting const& setting, std::string const& run_key);
+
+/// What a run gives: the counts of each frame.
+struct Frames {
+    struct Frame {
+        tilemesh::Trace trace;
+        tilemesh::Grid grid;
+    };
+    std::vector<Frame> frames;
+    Point point;                    ///< without time, name and digest
+    tilemesh::report::Image picture; ///< of the first frame
+};
+/// Renders every view. `references` are the pictures in double precision without cut-offs, one a view.
+Frames run(Setting const& setting, Sized const& sized, std::vector<tilemesh::report::Image> const& references, std::uint32_t threads);
+std::vector<tilemesh::report::Image> references_of(Subject const& subject, std::uint32_t threads);
+
+/// The prices of a setting. Throws `tilemesh::Error` for a parameter that its model lacks.
+tilemesh::CostModel model_of(Setting const& setting);
+/// The point of a setting from the counts of its run.
+Point priced(Setting const& setting, Frames const& frames, std::string digest);
+
+} // namespace explore

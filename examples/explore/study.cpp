@@ -1,0 +1,380 @@
+#include "study.hpp"
+#include "../shared/codecs.hpp"
+#include "../shared/model_input.hpp"
+#include "../shared/sha256.hpp"
+#include "../shared/text.hpp"
+#include <algorithm>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tilemesh/error.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/near_plane.hpp>
+#include <tilemesh/scene/orbit.hpp>
+#include <utility>
+
+namespace explore {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace scene = tilemesh::scene;
+using Json = nlohmann::ordered_json;
+using tilemesh::Error;
+
+constexpr std::size_t most_points = 100'000;
+
+std::string shown(std::string const& text) { return "\"" + shared::one_line(text, 60) + "\""; }
+std::string text_of(fs::path const& path) { return shared::load_model<std::string>(path, [](std::istream& in, std::string const&) {
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}, "study's file", "name a file that is there"); }
+
+/// A value of a study with its place, for errors.
+class Value {
+public:
+    Value(Json const& json, std::string place) : json_(&json), place_(std::move(place)) {}
+
+    [[noreturn]] void refuse(std::string const& why, std::string const& todo) const
+    {
+        throw Error("the study cannot be used (" + place_ + " " + why + "); " + todo);
+    }
+    bool is_text() const { return json_->is_string(); }
+    bool is_list() const { return json_->is_array(); }
+    bool is_object() const { return json_->is_object(); }
+    std::string text() const
+    {
+        if (!is_text()) refuse("is no text", "write a text");
+        return json_->get<std::string>();
+    }
+    std::uint32_t whole(std::uint32_t least, std::uint32_t most) const
+    {
+        bool const good = json_->is_number_integer() && *json_ >= least && *json_ <= most;
+        if (!good) refuse("is no whole number from " + std::to_string(least) + " to " + std::to_string(most), "write one");
+        return json_->get<std::uint32_t>();
+    }
+    double number() const
+    {
+        if (!json_->is_number()) refuse("is no number", "write a number");
+        return json_->get<double>();
+    }
+    /// The words of a value of a machine or a model: 4, "147/10", "unknown".
+    std::string words() const
+    {
+        if (json_->is_string()) return json_->get<std::string>();
+        if (!json_->is_number_unsigned()) refuse("is no whole number and no text", "write 4, \"147/10\" or \"unknown\"");
+        return std::to_string(json_->get<std::uint64_t>());
+    }
+    /// The values of a list, or this one.
+    std::vector<Value> all() const
+    {
+        if (!is_list()) return {*this};
+        std::vector<Value> out;
+        for (std::size_t i = 0; i < json_->size(); ++i) out.emplace_back((*json_)[i], place_ + "[" + std::to_string(i) + "]");
+        if (out.empty()) refuse("is an empty list", "give it a value, or leave it out");
+        return out;
+    }
+    std::optional<Value> get(std::string const& key) const
+    {
+        auto const at = json_->find(key);
+        if (at == json_->end()) return {};
+        return Value(*at, place_ == "it" ? key : place_ + "." + key);
+    }
+    /// Refuses every key but these. `any`: an error lists them.
+    void allow(std::initializer_list<char const*> keys) const
+    {
+        if (!is_object()) refuse("is no object", "write {...}");
+        std::string list;
+        for (auto const* key : keys) list += (list.empty() ? "" : ", ") + std::string(key);
+        for (auto const& [key, value] : json_->items())
+            if (std::none_of(keys.begin(), keys.end(), [&k = key](char const* known) { return k == known; }))
+                refuse("has an unknown key " + shown(key), "use " + list);
+    }
+    std::vector<std::pair<std::string, Value>> members() const
+    {
+        if (!is_object()) refuse("is no object", "write {...}");
+        std::vector<std::pair<std::string, Value>> out;
+        for (auto const& [key, value] : json_->items()) out.emplace_back(key, Value(value, place_ + "." + key));
+        return out;
+    }
+
+private:
+    Json const* json_;
+    std::string place_;
+};
+
+/// Each choice of one value for every key: the last key changes fastest.
+using Choice = std::vector<std::pair<std::string, Value>>;
+std::vector<Choice> product(std::vector<std::pair<std::string, Value>> const& members, Value const& where)
+{
+    std::vector<Choice> out{{}};
+    for (auto const& [key, value] : members) {
+        std::vector<Choice> longer;
+        auto const values = value.all();
+        if (out.size() * values.size() > most_points) where.refuse("has more than 100,000 combinations", "shorten its lists");
+        for (auto const& choice : out)
+            for (auto const& one : values) {
+                longer.push_back(choice);
+                longer.back().emplace_back(key, one);
+            }
+        out = std::move(longer);
+    }
+    return out;
+}
+
+/// Reads a study. Relative paths begin at its folder.
+class Reader {
+public:
+    explicit Reader(fs::path const& path) : folder_(path.parent_path()) { study_.read.push_back(path); }
+
+    Study read(Value const& all)
+    {
+        all.allow({"name", "maps", "size", "views", "machines", "grid", "programs", "presets", "qualities", "sizes", "costs"});
+        study_.name = all.get("name") ? all.get("name")->text() : study_.read.front().stem().string();
+        if (auto const size = all.get("size")) size_ = pair_of(*size);
+        if (auto const views = all.get("views")) read_views(*views);
+        if (auto const grid = all.get("grid")) grid_ = tilemesh::Extent2{pair_of(*grid).width, pair_of(*grid).height};
+        std::vector<std::shared_ptr<Subject const>> subjects;
+        if (auto const maps = all.get("maps"))
+            for (auto const& map : maps->all()) subjects.push_back(subject(map.text()));
+        else subjects.push_back(subject("built-in"));
+        auto const machines_of = all.get("machines");
+        if (!machines_of) all.refuse("has no machines", "add \"machines\": [\"mk2.txt\"]");
+        for (auto const& value : machines_of->all()) add_machines(value);
+        std::vector<std::string> programs{"anchored"}, presets{"lossless"}, qualities{"default"};
+        words(all, "programs", programs, {"anchored", "homes"});
+        words(all, "presets", presets, {"lossless", "paper", "prototype"});
+        words(all, "qualities", qualities, {"default", "evaluation", "viewing", "on_sensor", "training"});
+        std::vector<Capacities> sizes;
+        if (auto const values = all.get("sizes"))
+            for (auto const& value : values->all()) add_sizes(value, sizes);
+        else sizes.push_back({"preset", true, {}, {}, {}, {}});
+        std::vector<std::shared_ptr<Prices const>> prices;
+        if (auto const values = all.get("costs"))
+            for (auto const& value : values->all()) add_prices(value, prices);
+        else prices.push_back(std::make_shared<Prices const>());
+
+        if (subjects.size() * machines_.size() * programs.size() * presets.size() * qualities.size() * sizes.size() * prices.size() > most_points)
+            all.refuse("has more than 100,000 points", "shorten its lists");
+        for (auto const& of : subjects)
+            for (auto const& machine : machines_)
+                for (auto const& program : programs)
+                    for (auto const& preset : presets)
+                        for (auto const& quality : qualities)
+                            for (auto const& capacities : sizes)
+                                for (auto const& price : prices) {
+                                    Setting s;
+                                    auto const part = [&](std::string const& text, bool differs) {
+                                        if (differs && !text.empty()) s.name += (s.name.empty() ? "" : " / ") + text;
+                                    };
+                                    part(of->name, subjects.size() > 1);
+                                    part(machine->name, true);
+                                    part(program, programs.size() > 1);
+                                    part(preset, presets.size() > 1);
+                                    part(quality, qualities.size() > 1);
+                                    part(capacities.name, sizes.size() > 1);
+                                    part(price->name, prices.size() > 1);
+                                    s.subject = of;
+                                    s.machine = machine;
+                                    s.grid = grid_.value_or(grid_of_machine(*machine, *machines_of));
+                                    s.homes = program == "homes";
+                                    s.preset = preset;
+                                    s.quality = quality_of(quality);
+                                    s.capacities = capacities;
+                                    s.prices = price;
+                                    study_.settings.push_back(std::move(s));
+                                }
+        std::set<std::string> names;
+        for (auto const& s : study_.settings)
+            if (!names.insert(s.name).second) all.refuse("has two points " + shown(s.name), "give their parts other names");
+        return std::move(study_);
+    }
+
+private:
+    fs::path file(std::string const& name)
+    {
+        auto path = fs::path(name).is_absolute() ? fs::path(name) : folder_ / name;
+        if (std::find(study_.read.begin(), study_.read.end(), path) == study_.read.end()) study_.read.push_back(path);
+        return path;
+    }
+    static scene::Size pair_of(Value const& value)
+    {
+        auto const two = value.all();
+        if (!value.is_list() || two.size() != 2) value.refuse("is no list of two numbers", "write [640, 360]");
+        return {two[0].whole(1, 65535), two[1].whole(1, 65535)};
+    }
+    static std::optional<tilemesh::splat::Quality> quality_of(std::string const& word)
+    {
+        using tilemesh::splat::Quality;
+        for (auto const q : {Quality::evaluation, Quality::viewing, Quality::on_sensor, Quality::training})
+            if (word == name(q)) return q;
+        return {};
+    }
+    static void words(Value const& all, char const* key, std::vector<std::string>& to, std::initializer_list<char const*> known)
+    {
+        auto const values = all.get(key);
+        if (!values) return;
+        to.clear();
+        std::string list;
+        for (auto const* word : known) list += (list.empty() ? "" : ", ") + std::string(word);
+        for (auto const& value : values->all()) {
+            to.push_back(value.text());
+            if (std::none_of(known.begin(), known.end(), [&](char const* word) { return to.back() == word; }))
+                value.refuse("cannot be " + shown(to.back()), "use " + list);
+        }
+    }
+    void read_views(Value const& views)
+    {
+        views.allow({"frames", "degrees", "cameras", "camera"});
+        if (auto const n = views.get("frames")) frames_ = n->whole(1, 10'000);
+        if (auto const d = views.get("degrees")) degrees_ = d->number();
+        if (auto const c = views.get("cameras")) cameras_ = file(c->text());
+        if (auto const c = views.get("camera")) camera_ = c->text();
+        if (!camera_.empty() && !cameras_) views.refuse("has a camera without cameras", "add \"cameras\": \"FILE\"");
+        views_ = std::to_string(frames_) + " " + std::to_string(degrees_) + " " + camera_ + " " + (cameras_ ? shared::sha256(text_of(*cameras_)) : "");
+    }
+    std::shared_ptr<Subject const> subject(std::string const& name)
+    {
+        auto out = std::make_shared<Subject>();
+        tilemesh::splat::Camera first;
+        scene::Size const size{size_.width, size_.height};
+        bool const built_in = name == "built-in";
+        if (built_in) {
+            out->map = scene::built_in_map();
+            first = scene::built_in_camera(size);
+        } else {
+            out->map = scene::load_map(file(name), shared::codecs(), scene::FarMeans::moved);
+            if (out->map.gaussians.empty()) throw Error(shared::one_line(name) + " has no Gaussian (there is nothing to render); name another map");
+            first = scene::frame_whole(out->map, size);
+        }
+        if (cameras_) {
+            auto const all = scene::load_cameras(*cameras_, nullptr, scene::DistortedLens::refused, size);
+            auto chosen = scene::relative_to_origin(scene::select_cameras(all, camera_, out->map.name), out->map.origin).front();
+            if (!chosen.names_near) chosen.camera.near_depth = scene::near_for(out->map, chosen.camera);
+            first = scene::resized(chosen.camera, size.width, size.height);
+        }
+        out->name = built_in ? name : out->map.name;
+        out->views = scene::orbit(first, scene::robust_centre(out->map), degrees_, frames_);
+        out->key = (built_in ? name : shared::sha256(text_of(file(name)))) + " " + std::to_string(size.width) + " " + std::to_string(size.height) + " " + views_;
+        return out;
+    }
+    void add_machines(Value const& value)
+    {
+        auto const load = [&](std::string const& name) {
+            return shared::load_model(file(name), tilemesh::read_machine_file, "machine", "name a file as machines/mk2.txt");
+        };
+        if (value.is_text()) return add_machine(load(value.text()));
+        auto const of_file = value.is_object() ? value.get("file") : std::nullopt;
+        if (!of_file) value.refuse("names no machine", "write a file, or {\"file\": \"mk2.txt\", \"sram\": 319488}");
+        auto const base = load(of_file->text());
+        std::vector<std::pair<std::string, Value>> changed;
+        for (auto const& [key, one] : value.members())
+            if (key != "file" && key != "name") changed.emplace_back(key, one);
+        for (auto const& choice : product(changed, value)) {
+            auto machine = base;
+            if (auto const given = value.get("name")) machine.name = given->text();
+            for (auto const& [key, one] : choice) {
+                set_number(machine, key, one.words(), "guess: the study has it");
+                if (!value.get("name") || value_has_list(changed)) machine.name += " " + key + " " + one.words();
+            }
+            add_machine(std::move(machine));
+        }
+    }
+    static bool value_has_list(std::vector<std::pair<std::string, Value>> const& members)
+    {
+        return std::any_of(members.begin(), members.end(), [](auto const& member) { return member.second.is_list(); });
+    }
+    void add_machine(tilemesh::MachineFile machine)
+    {
+        (void)size_of(machine); // an unknown number of its size is refused here
+        machines_.push_back(std::make_shared<tilemesh::MachineFile const>(std::move(machine)));
+    }
+    static tilemesh::Extent2 grid_of_machine(tilemesh::MachineFile const& machine, Value const& where)
+    {
+        auto const grid = tilemesh::grid_of(machine);
+        if (!grid) where.refuse("has machine " + shown(machine.name) + " without columns or rows", "add \"grid\": [COLUMNS, ROWS]");
+        if (std::uint64_t{grid->width} * grid->height > (1u << 18))
+            where.refuse("has machine " + shown(machine.name) + " with more than 262,144 tiles", "add a smaller \"grid\": [COLUMNS, ROWS]");
+        return {grid->width, grid->height};
+    }
+    static void add_sizes(Value const& value, std::vector<Capacities>& to)
+    {
+        if (value.is_text()) {
+            if (value.text() != "preset") value.refuse("cannot be " + shown(value.text()), "write \"preset\", or {\"channel\": 100, \"storage\": \"the rest\"}");
+            to.push_back({"preset", true, {}, {}, {}, {}});
+            return;
+        }
+        value.allow({"channel", "road", "beam", "waiting", "storage"});
+        for (auto const& choice : product(value.members(), value)) {
+            Capacities c;
+            c.of_preset = false;
+            for (auto const& [key, one] : choice) {
+                bool const rest = key == "storage" && one.is_text();
+                if (rest && one.text() != "the rest") one.refuse("cannot be " + shown(one.text()), "write a number of slots, or \"the rest\"");
+                c.name += (c.name.empty() ? "" : " ") + key + " " + (rest ? "the rest" : one.words());
+                if (rest) continue;
+                auto const slots = one.whole(1, 10'000'000);
+                if (key == "channel") c.road = c.beam = slots;
+                else (key == "road" ? c.road : key == "beam" ? c.beam : key == "waiting" ? c.waiting : c.storage) = slots;
+            }
+            to.push_back(std::move(c));
+        }
+    }
+    void add_prices(Value const& value, std::vector<std::shared_ptr<Prices const>>& to)
+    {
+        if (value.is_text()) {
+            Prices p;
+            if (value.text() != "machine") {
+                p.model = shared::load_model(file(value.text()), tilemesh::read_cost_model, "cost model", "name a file as render_map --trace writes it (model.txt)");
+                p.name = p.model->name;
+            }
+            to.push_back(std::make_shared<Prices const>(std::move(p)));
+            return;
+        }
+        for (auto const& choice : product(value.members(), value)) {
+            Prices p;
+            auto model = tilemesh::mk2(); // refuses a parameter that no model has
+            for (auto const& [key, one] : choice) {
+                auto const number = one.whole(0, 0xffffffffu);
+                set_parameter(model, key, number, "guess: the study has it");
+                p.changed.push_back({key, std::to_string(number)});
+                p.name += (p.name.empty() ? "" : " ") + key + " " + std::to_string(number);
+            }
+            to.push_back(std::make_shared<Prices const>(std::move(p)));
+        }
+    }
+
+    fs::path folder_;
+    Study study_;
+    scene::Size size_{640, 360};
+    std::optional<tilemesh::Extent2> grid_;
+    std::uint32_t frames_ = 1;
+    double degrees_ = 0.5;
+    std::optional<fs::path> cameras_;
+    std::string camera_, views_ = "1 of its own";
+    std::vector<std::shared_ptr<tilemesh::MachineFile const>> machines_;
+};
+
+} // namespace
+
+Study load_study(fs::path const& path)
+{
+    auto const text = text_of(path);
+    Json json;
+    try {
+        json = Json::parse(text);
+    } catch (Json::parse_error const& error) {
+        auto const at = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+        throw Error(shared::one_line(path.string()) + " is no JSON (line " + std::to_string(1 + std::count(text.begin(), at, '\n')) +
+                    " ends what can be read); correct it there");
+    }
+    return Reader(path).read({json, "it"});
+}
+
+} // namespace explore

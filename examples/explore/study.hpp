@@ -1,0 +1,62 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/machine_file.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/scene/map.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/quality.hpp>
+#include <vector>
+
+namespace explore {
+
+/// The capacities of a point. Empty: those of the preset, as far as they fit on the machine.
+struct Capacities {
+    std::string name;                              ///< "preset", or the words that were asked for
+    bool of_preset = true;
+    std::optional<std::uint32_t> road, beam, waiting; ///< slots; `road` of homes: of a parcel's channel
+    std::optional<std::uint32_t> storage;          ///< slots; none: the rest of the SRAM
+};
+
+/// A map with its views. It is shared, because most points have one map.
+struct Subject {
+    std::string name, key;                         ///< `key` changes with the map's bytes and the views
+    tilemesh::scene::Map map;
+    std::vector<tilemesh::splat::Camera> views;
+};
+
+/// Prices. A model of `machine` has the prices of the point's machine, changed.
+struct Prices {
+    std::string name;                              ///< empty: those of the machine
+    std::optional<tilemesh::CostModel> model;      ///< a file's
+    std::vector<std::array<std::string, 2>> changed; ///< parameter and value
+};
+
+/// What can be asked of one point.
+struct Setting {
+    std::string name;                              ///< what differs from point to point
+    std::shared_ptr<Subject const> subject;
+    std::shared_ptr<tilemesh::MachineFile const> machine;
+    tilemesh::Extent2 grid{};
+    bool homes = false;
+    std::string preset;
+    std::optional<tilemesh::splat::Quality> quality;
+    Capacities capacities;
+    std::shared_ptr<Prices const> prices;
+};
+
+struct Study {
+    std::string name;
+    std::vector<Setting> settings;
+    std::vector<std::filesystem::path> read;       ///< every file that it reads
+};
+
+/// Reads a study and the files that it names, which are beside it or absolute. Throws `tilemesh::Error`, one line, for anything else.
+Study load_study(std::filesystem::path const& path);
+
+} // namespace explore

@@ -1,0 +1,46 @@
+#include "machine.hpp"
+#include "../shared/model_input.hpp"
+#include "choice.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <tilemesh/model/machine_file.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/report/table.hpp>
+
+namespace render_map {
+
+void load_machine(Options& options)
+{
+    if (!options.machine) return;
+    auto file = std::make_shared<tilemesh::MachineFile const>(
+        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as machines/bow.txt"));
+    options.choice.file = size_of(*file);
+    options.choice.channel_slots = options.channel_slots.value_or(0);
+    auto const grid = grid_of(*file);
+    if (options.renderer.grid.width == 0 && options.renderer.tile.width == 0 && grid) options.renderer.grid = {grid->width, grid->height};
+    options.machine_file = std::move(file);
+}
+
+void fit_machine(Options& options, std::vector<Shot> const& shots, std::vector<std::string>& notes)
+{
+    if (!options.machine_file) return;
+    for (auto const& shot : shots) {
+        auto const tiling = tilemesh::tiling_for(options.renderer, shot.camera.width, shot.camera.height);
+        auto const pixels = std::uint64_t{tiling.tile_width} * tiling.tile_height;
+        options.choice.tile_pixels = std::max(options.choice.tile_pixels, static_cast<std::uint32_t>(std::min<std::uint64_t>(pixels, 0xfffffffeu)));
+    }
+    notes.push_back(machine_text(*options.machine_file));
+}
+
+std::string free_sram(Options const& options, tilemesh::render::SetupFacts const& facts)
+{
+    if (!options.machine_file || facts.sram_bytes > facts.machine.sram_bytes) return {};
+    auto const free = facts.machine.sram_bytes - facts.sram_bytes;
+    if (free < facts.machine.sram_bytes / 10) return {};
+    using tilemesh::report::thousands;
+    return thousands(free) + " of a tile's " + thousands(facts.machine.sram_bytes) + " bytes stay free: preset " + facts.name + " has no more than " +
+           thousands(facts.sizes.storage) + " slots of storage";
+}
+
+} // namespace render_map

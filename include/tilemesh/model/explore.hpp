@@ -1,0 +1,47 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <tilemesh/config.hpp>
+#include <vector>
+
+// Points of a study: which of them no other one beats, and where more time stops to buy much.
+namespace tilemesh { inline namespace v0_2 {
+
+/// What a setting on a machine costs, and how far its pictures are off.
+struct StudyPoint {
+    std::string name;
+    double psnr_db = 0;                ///< of the worst frame, against double precision without cut-offs; infinite for equal pictures
+    double modelled_ms = 0;            ///< mean of the frames
+    std::uint64_t sram_bytes = 0;      ///< that a tile uses
+    std::uint64_t exchanged_bytes = 0; ///< by all tiles in all frames
+    std::uint64_t lost = 0;            ///< records, copies and unfinished tiles that the pictures lack
+    std::string left_out{};            ///< numbers of the machine that are unknown, so that the time is one "at least"
+    std::string refused{};             ///< why the setting cannot run; then no number counts
+};
+
+/// Does `a` beat `b`: no number is worse, and one is better? A point that cannot run, or whose time leaves something out, beats none.
+TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept;
+
+/// The Pareto front by error, time, SRAM and bytes exchanged: indices of the points that no other one beats, by time. Points that cannot run,
+/// and those whose time leaves something out, are not on it. Cost: n^2 comparisons.
+TILEMESH_HOST std::vector<std::size_t> front_of(std::span<StudyPoint const> points);
+
+/// The knee of a front: among its points that no other one beats by time and gain alone, the farthest above the straight line from the fastest
+/// to the slowest, both axes from 0 to 1. The gain is PSNR; if all points have one PSNR, less SRAM; then fewer bytes. Nothing if there
+/// are fewer than three such points. An infinite PSNR counts as 150 dB.
+TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front);
+
+/// One sentence about the knee, or why there is none. A point that lacks something is named so.
+TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::span<std::size_t const> front);
+
+/// "loses 12", "at least: without vote", "does not run"; empty for a point that lacks nothing.
+TILEMESH_HOST std::string mark_of(StudyPoint const& point);
+
+}} // namespace tilemesh
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/model/detail/explore_code.hpp>
+#endif

@@ -1,0 +1,140 @@
+#!/bin/sh
+# What explore promises: known rows of a small study; prices need no run and are, to the cycle, those of a run with these prices; a run that
+# is resumed renders nothing again and writes the same; the page shows losses; threads change no byte; and bad input is one line, status 2.
+# Usage: sh explore.sh PATH_TO_explore PATH_TO_render_map FOLDER_OF_machines
+case $2 in /*) render_map=$2 ;; *) render_map=$PWD/$2 ;; esac
+case $3 in /*) machines=$3 ;; *) machines=$PWD/$3 ;; esac
+# shellcheck source=render_map_common.sh
+. "$(dirname "$0")/render_map_common.sh"
+cp "$machines"/*.txt .
+
+runs --help
+for option in --csv --out --threads --quiet; do has stdout "^  $option "; done
+# explores ARGUMENTS...: quietly, with status 0.
+explores() { runs "$@" --quiet; }
+
+# --- three points, against render_map --------------------------------------------------------------
+cat >three.json <<'JSON'
+{"size": [160, 90], "machines": ["mk2.txt"], "costs": ["machine", {"exchange_byte": 125}, {"clock": 2650000}]}
+JSON
+explores three.json --csv three.csv --out three
+equal "lines" "$(wc -l <three.csv)" 4
+equal "runs" "$(ls three/run_*.png | wc -l)" 1
+"$render_map" --size 160x90 --machine mk2.txt --trace where --reference --fit off --program anchored --quiet --out frames --report r.json >log 2>&1 || fail "render_map: $(cat log)"
+cycles=$(counter r.json cycles 0)
+awk -F, 'NR > 1 { print $11 }' three.csv >cycles
+equal "cycles of the machine's prices" "$(sed -n 1p cycles)" "$cycles"
+equal "cycles at twice the clock" "$(sed -n 3p cycles)" "$cycles"
+# The second: as a run with these prices.
+sed 's/^exchange_byte .*/exchange_byte 125 millicycles guess/' where/model.txt >half.txt
+"$render_map" --size 160x90 --machine mk2.txt --trace again --cost-model half.txt --fit off --program anchored --quiet --out frames --report h.json >log 2>&1 ||
+    fail "render_map: $(cat log)"
+equal "cycles at twice the link speed" "$(sed -n 2p cycles)" "$(counter h.json cycles 0)"
+[ "$(sed -n 2p cycles)" -lt "$cycles" ] || fail "faster links take as long"
+awk -F, 'NR == 2 { a = $10 } NR == 4 { b = $10 } END { exit !(b * 2 > a * 0.999999 && b * 2 < a * 1.000001) }' three.csv || fail "twice the clock is not half of the time"
+equal "bytes of a tile" "$(sed -n 2p three.csv | cut -d, -f12)" "$(counter r.json budgeted_bytes 0)"
+psnr=$(tr -d ' \n' <r.json | sed -E 's/.*"error":\{[^}]*"psnr_db":([0-9.]+).*/\1/')
+awk -v a="$(sed -n 2p three.csv | cut -d, -f9)" -v b="$psnr" 'BEGIN { exit !(a - b < 0.001 && b - a < 0.001) }' || fail "PSNR is not $psnr"
+same three/run_*.png frames/frame_0000.png
+has three/index.html '<title>mk2 / clock 2650000: '
+has three/index.html '<a href="run_[0-9a-f]*.png"><circle'
+if grep -q '<script' three/index.html; then fail "the page has a script"; fi
+
+# --- capacities, programs and machines; losses are marked --------------------------------------------
+cat >many.json <<'JSON'
+{"size": [160, 90], "machines": ["mk2.txt", {"file": "mk2.txt", "sram": [262144, 400000]}, "scamp5.txt", "mk1.txt"], "grid": [20, 18],
+ "programs": ["anchored", "homes"], "sizes": ["preset", {"channel": [20, 60], "waiting": 20, "storage": "the rest"}, {"channel": 20, "waiting": 20, "storage": 300}]}
+JSON
+explores many.json --csv many.csv --out many --threads 2
+equal "points" "$(wc -l <many.csv)" 41
+has many.csv '^scamp-5 / anchored / preset,.*does not fit'
+has many.csv '^mk1 / anchored / preset,.*,"barrier, vote, exchange_start",'
+# A tile of 300 slots loses records, and neither the table nor the page hides it.
+awk -F, '$1 == "mk2 / anchored / channel 20 waiting 20 storage 300" { exit !($14 > 0) }' many.csv || fail "300 slots lose nothing"
+has many/index.html 'loses [0-9,]*'
+has many/index.html 'at least: without barrier'
+has many/index.html 'does not fit'
+# Of one anchored setting with the rest of the SRAM, one more slot would not fit.
+name='mk2 sram 262144 / anchored / channel 60 waiting 20 storage the rest'
+awk -F, -v name="$name" '$1 == name { exit !($12 <= 262144 && $12 + 136 > 262144) }' many.csv || fail "the rest of the SRAM: $(grep "$name" many.csv)"
+explores many.json --csv one.csv --out one --threads 1
+same many.csv one.csv
+
+# --- a run that goes on ------------------------------------------------------------------------------
+run three.json --csv again.csv --out three >stdout 2>stderr || fail "status $?"
+has stderr '^3 points: 3 from an earlier run, 0 runs for 0 points'
+same three.csv again.csv
+head -n 20 many/points.jsonl >kept
+echo '{"digest": "half a li' >>kept
+mkdir half
+cp many/run_*.png half
+cp kept half/points.jsonl
+run many.json --csv half.csv --out half >stdout 2>stderr || fail "status $?"
+has stderr '^40 points: 20 from an earlier run'
+same many.csv half.csv
+# Another price is another point: it is priced anew, and the other two stay.
+sed 's/125/126/' three.json >other.json
+run other.json --csv other.csv --out three >stdout 2>stderr || fail "status $?"
+has stderr '^3 points: 2 from an earlier run, 1 runs for 1 points'
+
+# --- what it refuses ---------------------------------------------------------------------------------
+refuses 'no study is named'
+refuses 'no table is named' three.json
+refuses 'no folder is named' three.json --csv a.csv
+refuses 'there is no such option' three.json --csv a.csv --out a --thread 2
+refuses 'from 1 to 1024' three.json --csv a.csv --out a --threads 0
+refuses "cannot read the study's file" none.json --csv a.csv --out a
+# bad TEXT PATTERN
+bad() {
+    printf '%s\n' "$1" >bad.json
+    refuses "$2" bad.json --csv a.csv --out a
+    [ ! -e a.csv ] || fail "a refused study wrote a table"
+}
+bad '{"machines": ["mk2.txt"' 'bad.json is no JSON (line 2'
+bad '[]' 'is no object'
+bad '{}' 'has no machines'
+bad '{"machines": [], "size": [64, 48]}' 'is an empty list'
+bad '{"machines": ["mk2.txt"], "machine": 1}' 'has an unknown key "machine"'
+bad '{"machines": ["none.txt"]}' 'cannot read the machine'
+bad '{"machines": [{"sram": 1}]}' 'names no machine'
+bad '{"machines": [{"file": "mk2.txt", "sarm": 1}]}' 'a machine has no number "sarm"'
+bad '{"machines": [{"file": "mk2.txt", "sram": "lots"}]}' 'has no sram "lots"'
+bad '{"machines": ["mk2.txt", "mk2.txt"]}' 'has two points "mk2"'
+bad '{"machines": ["mk2.txt"], "size": [64]}' 'is no list of two numbers'
+bad '{"machines": ["mk2.txt"], "size": [0, 48]}' 'is no whole number from 1 to 65535'
+bad '{"machines": ["mk2.txt"], "programs": ["auto"]}' 'cannot be "auto"'
+bad '{"machines": ["mk2.txt"], "sizes": [{"chanel": 3}]}' 'has an unknown key "chanel"'
+bad '{"machines": ["mk2.txt"], "sizes": [{"storage": "half"}]}' 'or "the rest"'
+bad '{"machines": ["mk2.txt"], "costs": [{"warp": 3}]}' 'a cost model has no parameter "warp"'
+bad '{"machines": ["mk2.txt"], "costs": ["mk2.txt"]}' 'begins no cost model'
+bad '{"machines": ["mk2.txt"], "maps": ["none.ply"]}' 'none.ply'
+bad '{"machines": ["wse2.txt"]}' 'more than 262,144 tiles'
+cp three.json study.json
+refuses 'the table' study.json --csv study.json --out a
+refuses 'the table' three.json --csv mk2.txt --out a
+same "$machines/mk2.txt" mk2.txt
+same three.json study.json
+
+# --- a signal ----------------------------------------------------------------------------------------
+cat >long.json <<'JSON'
+{"size": [640, 360], "machines": ["mk2.txt"], "sizes": [{"channel": [10, 20, 30, 40, 50, 60, 70, 80, 90, 100], "storage": [900, 1000, 1100, 1200]}]}
+JSON
+if env --default-signal=TERM true 2>/dev/null; then
+    env --default-signal=TERM "$program" long.json --csv long.csv --out long </dev/null >stdout 2>stderr &
+    pid=$!
+    tries=0
+    until grep -q '^run 1 of' stderr || [ $tries -eq 600 ]; do
+        sleep 0.1
+        tries=$((tries + 1))
+    done
+    kill -s TERM $pid
+    wait $pid
+    equal "the status after SIGTERM" $? 143
+    has stderr '^interrupted after [0-9]* of 40 points (SIGTERM); the same command goes on$'
+    [ ! -e long.csv ] || fail "an interrupted study wrote a table"
+    equal "the points" "$(wc -l <long/points.jsonl)" "$(sed -nE 's/^interrupted after ([0-9]+) .*/\1/p' stderr)"
+else
+    skip "env cannot give SIGTERM back"
+fi
+has_no_parts .
+finish
