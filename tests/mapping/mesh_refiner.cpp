@@ -34,7 +34,7 @@ std::string refusal(F const& f)
     return "";
 }
 
-/// Every n-th Gaussian of the built-in map, spoilt; one that covers every view, and one that none shows.
+/// Every n-th Gaussian of the built-in map, spoilt; one that covers every view, one that none shows, and some with the depths of others.
 struct Case {
     scene::Map start;
     support::mapping::Views views;
@@ -57,7 +57,14 @@ Case thinned(std::uint32_t n)
     std::vector<splat::Camera> cameras;
     for (auto const& c : scene::orbit(first, scene::robust_centre(whole), 12.0, 4)) cameras.push_back(c);
     auto views = support::mapping::views_of(truth, std::move(cameras));
-    return {support::mapping::spoilt(truth, 2, 5), std::move(views)};
+    auto start = support::mapping::spoilt(truth, 2, 5);
+    for (std::uint32_t i = 0; i < 30; ++i) {
+        auto twin = start.gaussians[start.gaussians.size() / 31 * i];
+        twin.id = splat::GaussianId{i % 2 == 0 ? 3'000'000'000u + i : 10 + i}; // the higher or the lower id
+        for (float& c : twin.colour) c = 0.9f - 0.5f * c;
+        start.gaussians.push_back(twin);
+    }
+    return {std::move(start), std::move(views)};
 }
 mapping::MeshRefineOptions options_for(splat::TileSize tile, std::uint32_t threads, std::uint32_t channel_slots, Grid grid = {0, 0})
 {
@@ -180,11 +187,28 @@ TEST_CASE("mapping step: each copy is one message out and one back, as many as t
     CHECK(held > edges);
     CHECK(held_back > 0);
 
-    // Seen from elsewhere, copies also pass tiles that they do not touch.
+    // Answers of one slot beside copies of 200: a tile sends no more than the receiver can answer.
+    OnThreads uneven(c.start, c.views.cameras[0], options_for({16, 15}, 1, 200));
+    uneven.mesh().limit<splat::map::Answers>(1);
+    uneven.step(c.views.cameras[0], c.views.targets[0], rates_at(0));
+    CHECK(messages_of(uneven.run(), "return") == edges);
+
+    // Seen from elsewhere, copies also pass tiles that they do not touch: along the row to the farthest column, and along each column.
+    auto const turned = splat::make_view(c.views.cameras[3], mapping::refining_rules());
+    std::uint64_t tree = 0, inside = 0;
+    for (auto [tile, records] : mesh.mesh().states<splat::map::Records>())
+        for (auto const& g : records) {
+            auto const s = splat::project(g, turned, tiling);
+            if (!s.visible()) continue;
+            auto const box = splat::tiles_of(s, tiling);
+            auto const along_row = std::max(tile.x(), box.last.x()) - std::min(tile.x(), box.first.x());
+            tree += along_row + box.columns() * (std::max(tile.y(), box.last.y()) - std::min(tile.y(), box.first.y()));
+            inside += box.count() - 1;
+        }
     mesh.step(c.views.cameras[3], c.views.targets[3], rates_at(1));
-    auto const out = messages_of(mesh.run(), "cast");
-    CHECK(out > 0);
-    CHECK(messages_of(mesh.run(), "return") == out);
+    CHECK(tree > inside);
+    CHECK(messages_of(mesh.run(), "cast") == tree);
+    CHECK(messages_of(mesh.run(), "return") == tree);
 }
 
 namespace {
@@ -230,6 +254,14 @@ TEST_CASE("mapping step: a tile that is full loses nothing; with one slot less, 
     CHECK(messages_of(one_less.run(), "return") == 2);
     auto const after = one_less.map().gaussians;
     for (std::size_t k = 0; k < 3; ++k) CHECK(std::memcmp(&after[k], &c.start.gaussians[k], sizeof after[k]) != 0); // all move
+
+    // Nothing fits, and answers have one slot.
+    Checked no_room(two_tiles(3).start, camera, with_entries(3));
+    no_room.mesh().limit<splat::map::Answers>(1);
+    no_room.step(camera, c.views.targets[0], steady);
+    CHECK(no_room.lost().copies == 3);
+    CHECK(messages_of(no_room.run(), "cast") == 3 + 3);
+    CHECK(messages_of(no_room.run(), "return") == 0);
 
     // Two slots: a record of the western tile has none, and the view lacks it.
     Checked two(c.start, camera, with_entries(2));
