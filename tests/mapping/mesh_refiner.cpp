@@ -201,8 +201,8 @@ TEST_CASE("mapping step: each copy is one message out and one back, as many as t
             auto const s = splat::project(g, turned, tiling);
             if (!s.visible()) continue;
             auto const box = splat::tiles_of(s, tiling);
-            auto const along_row = std::max(tile.x(), box.last.x()) - std::min(tile.x(), box.first.x());
-            tree += along_row + box.columns() * (std::max(tile.y(), box.last.y()) - std::min(tile.y(), box.first.y()));
+            auto const row_edges = std::max(tile.x(), box.last.x()) - std::min(tile.x(), box.first.x());
+            tree += row_edges + box.columns() * (std::max(tile.y(), box.last.y()) - std::min(tile.y(), box.first.y()));
             inside += box.count() - 1;
         }
     mesh.step(c.views.cameras[3], c.views.targets[3], rates_at(1));
