@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/splat/map/operations.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/project_all.hpp>
@@ -111,11 +112,11 @@ struct Cast {
         return first < n ? Vote::busy : Vote::quiet;
     }
     /// For a cost model.
-    static splat::Operations operations(Passed const& passed) noexcept
+    static Operations operations(Passed const& passed) noexcept
     {
-        splat::Operations o;
-        o[splat::Operation::slot] = passed.looked;
-        o[splat::Operation::copied] = passed.moved;
+        Operations o;
+        o[Operation::slot] = passed.looked;
+        o[Operation::cast_copy] = passed.moved;
         return o;
     }
 };

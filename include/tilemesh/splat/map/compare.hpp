@@ -74,7 +74,7 @@ struct Walk {
         o[Operation::map_pair] = pairs;
         o[Operation::walked_pair] = pairs;
         o[Operation::pixel_slope] = (target.size() + step->walkers - 1) / step->walkers * worker.count;
-        o[Operation::gathered] = times(entries.size(), worker.count);
+        o[Operation::gathered] = times((entries.size() + 3) / 4, worker.count); // to clear takes a quarter of adding
         return o;
     }
     /// The shares of all workers, one after the other: each has its own sums. A template, as `ProjectRecords::OnOneThread` is.

@@ -9,6 +9,7 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::map {
 struct Operation {
     enum Kind : std::uint32_t {
         slot,        ///< a slot of a list that a kernel looks at
+        cast_copy,   ///< a projected copy that is taken from a channel or given to one
         map_pair,    ///< a Gaussian-pixel pair of the first walk, on all workers
         walked_pair, ///< a pair of the second walk, on all workers
         pixel_slope, ///< the loss of a pixel and its slopes, on all workers
@@ -16,7 +17,7 @@ struct Operation {
         returned,    ///< an answer that is taken from a channel or given to one
         chain        ///< the chain rule and the step of a record, on all workers
     };
-    static constexpr char const* names[] = {"slot", "map_pair", "walked_pair", "pixel_slope", "gathered", "returned", "chain"};
+    static constexpr char const* names[] = {"slot", "cast_copy", "map_pair", "walked_pair", "pixel_slope", "gathered", "returned", "chain"};
 };
 using Operations = tilemesh::Operations<Operation>;
 
