@@ -328,15 +328,28 @@ CostModel priced_mk2()
     set_price(model, "pixel_slope", d::slots_of(50, 3, 40) * d::six_workers, source);
     set_price(model, "gathered", 44 * d::six_workers, source);
     set_price(model, "returned", 48 * d::one_worker, source);
+    set_price(model, "moved_record", 90 * d::one_worker, source);
     set_price(model, "chain", d::slots_of(500, 20, 150) * d::six_workers, source);
     return model;
+}
+
+/// Moves the records to the tiles of another view, and says what that costs.
+template <class Refiner>
+void rest(Refiner& on_mesh, splat::Camera const& camera, CostModel const& model)
+{
+    on_mesh.rest(camera);
+    auto const cost = model_cost(model, on_mesh.mesh().trace(), on_mesh.mesh().grid());
+    std::uint64_t bytes = 0, passes = 0;
+    for (auto const& step : on_mesh.run().steps) bytes += step.live_bytes, passes += step.passes;
+    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1)
+              << " MB, " << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
 }
 
 /// A step as a program on the mesh, in the view by which the records rest, and in another one. Returns 1 if a bit differs from the host's.
 int mesh(std::vector<Scene> const& scenes)
 {
     std::cout << "\nA step on a mesh of Mk2's tiles, channels of 100 slots: counted, and ms by the model of Mk2. `turned`: the third view\n"
-                 "of the path, with the records where they rest by the first\n\n"
+                 "of the path, with the records where they rest by the first; `rested`: after they have moved\n\n"
                  "| map | view | pixels | tile | messages out = back | MB out | back | supersteps of both | splats of the fullest tile "
                  "| room | lost copies | project | cast | sort | walk | return | step | all ms | steps a second |\n"
                  "|---|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
@@ -364,7 +377,9 @@ int mesh(std::vector<Scene> const& scenes)
             mapping::MeshRefiner<splat::map::SecondMomentByKind, Mesh, Traced<AnyMachine>> on_mesh(start, cameras[0], o);
             mapping::Refiner<> host(start, o.refine);
             bool whole = true;
-            for (std::size_t i = 0; i < 2; ++i) {
+            for (std::size_t row = 0; row < 3; ++row) {
+                std::size_t const i = row == 0 ? 0 : 1;
+                if (row == 2) rest(on_mesh, cameras[i], model);
                 on_mesh.step(cameras[i], targets[i], splat::map::usual_rates(depth));
                 host.step(cameras[i], targets[i], splat::map::usual_rates(depth));
                 auto const lost = on_mesh.lost();
@@ -394,8 +409,8 @@ int mesh(std::vector<Scene> const& scenes)
                 if (out != back + lost.copies)
                     throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) +
                                 " back); mend the program");
-                std::cout << "| " << s.name << " | " << (i == 0 ? "own" : "turned") << " | " << size.width << " x " << size.height << " | "
-                          << size.tile.tile_width << " x " << size.tile.tile_height << " | " << thousands(out) << " | "
+                std::cout << "| " << s.name << " | " << (row == 0 ? "own" : row == 1 ? "turned" : "rested") << " | " << size.width << " x "
+                          << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | " << thousands(out) << " | "
                           << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | " << fixed(static_cast<double>(back_bytes) * 1e-6, 1)
                           << " | " << passes << " | " << thousands(most) << " | " << thousands(on_mesh.sizes().entries) << " | "
                           << thousands(lost.copies + lost.records);

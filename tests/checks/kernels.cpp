@@ -51,6 +51,7 @@
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/program.hpp>
 #include <tilemesh/splat/map/regions.hpp>
+#include <tilemesh/splat/map/rest.hpp>
 #include <tilemesh/splat/map/sums.hpp>
 #include <tilemesh/splat/map/tile.hpp>
 #include <tilemesh/splat/map/walk.hpp>
@@ -255,6 +256,11 @@ MAP_KERNEL(walk, Walk)
 MAP_KERNEL(add_up, AddUp)
 MAP_KERNEL(give_back, Return)
 MAP_KERNEL(take_step, TakeStep<splat::map::SecondMomentByKind>)
+MAP_KERNEL(begin_rest, BeginRest)
+MAP_KERNEL(find_goals, FindGoals)
+MAP_KERNEL(start_rest, StartRest)
+MAP_KERNEL(offer_room, OfferRoom<splat::map::SecondMomentByKind>)
+MAP_KERNEL(move_records, MoveRecords<splat::map::SecondMomentByKind>)
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

@@ -27,6 +27,7 @@ struct MeshRefineOptions {
     MachineSize machine = size_of_machine<Mk2>();
     std::uint32_t channel_slots = 100;              ///< messages in one end of a channel, at least 1
     std::uint32_t entry_slots = 0;                  ///< a limit of the splats that a tile holds; 0: all that fit
+    std::uint32_t record_slots = 0;                 ///< records that a tile has room for, at least as many as rest on the fullest; 0: those
 };
 
 /// What a step lacked, because tiles were full: it is counted, and the step goes on without it.
@@ -54,9 +55,10 @@ std::vector<splat::Gaussian> records_by_id(scene::Map const& map);
 /// A `Refiner` whose map lies on the tiles of a mesh: `splat::map::MapStep` is the program. The map has the bits of a `Refiner`'s after the
 /// same steps, as long as `lost()` was 0 in each, over tiles of whole blocks, grids, threads, engines and capacities of channels.
 ///
-/// `reference` is the view by which the records are laid on the tiles, once. Other views cost more hops, and change no bit. `MeshOf` is
-/// `Mesh` or `CheckedMesh`, `Machine` is `AnyMachine` or `Traced<AnyMachine>`. Throws `Error` as `Refiner`, for a map with harmonics or
-/// with an id twice, for a view with more tiles than the grid, and for a map that does not fit the tiles.
+/// `reference` is the view by which the host lays the records on the tiles. Other views cost more hops, and change no bit; `rest` moves
+/// the records to the tiles of another view. `MeshOf` is `Mesh` or `CheckedMesh`, `Machine` is `AnyMachine` or `Traced<AnyMachine>`. Throws
+/// `Error` as `Refiner`, for a map with harmonics or with an id twice, for a view with more tiles than the grid, and for a map that does
+/// not fit the tiles.
 ///
 /// Memory: as much of each tile as is in use, besides the map.
 template <class Optimiser = splat::map::SecondMomentByKind, template <class, class> class MeshOf = Mesh, class Machine = AnyMachine>
@@ -78,7 +80,7 @@ public:
         auto const tiling = splat::make_tiling(camera.width, camera.height, o.view.tile.tile_width, o.view.tile.tile_height);
         detail::expect_tiles(camera, tiling, mesh_.grid());
         mesh_.template broadcast<splat::map::StepParameters>() = {splat::make_view(camera, o.rules), tiling, o.view.loss, rates, o.decays,
-                                                                  sizes_.walkers};
+                                                                  sizes_.walkers, 0, 1};
         for (auto [tile, pixels] : mesh_.template states<splat::map::TargetPixels>()) {
             auto const r = splat::pixels_of(tiling, camera, tile);
             pixels.resize((r.x1 - r.x0) * (r.y1 - r.y0));
@@ -92,14 +94,25 @@ public:
         return fit_of(camera, tiling);
     }
 
+    /// Moves the records on the mesh to the tiles of their means in a view. A record stays on its way where tiles are full. The map does
+    /// not change, and no later step changes a bit; steps by views near this one cost fewer messages.
+    void rest(splat::Camera const& camera)
+    {
+        auto const& o = options_.refine;
+        auto const tiling = splat::make_tiling(camera.width, camera.height, o.view.tile.tile_width, o.view.tile.tile_height);
+        detail::expect_tiles(camera, tiling, mesh_.grid());
+        mesh_.template broadcast<splat::map::StepParameters>() = {splat::make_view(camera, o.rules), tiling, o.view.loss, {}, o.decays,
+                                                                  sizes_.walkers, 1, 0};
+        run_ = mesh_.run();
+    }
+
     /// The map, with the records in the order of their ids.
     scene::Map map()
     {
         scene::Map out = facts_;
-        std::vector<std::uint32_t> next(mesh_.grid().size(), 0);
-        out.gaussians.reserve(resting_.tile.size());
-        for (auto const t : resting_.tile)
-            out.gaussians.push_back(mesh_.template state<splat::map::Records>(mesh_.grid().tile(t))[next[t]++]);
+        for (auto [tile, records] : mesh_.template states<splat::map::Records>())
+            out.gaussians.insert(out.gaussians.end(), records.begin(), records.end());
+        std::sort(out.gaussians.begin(), out.gaussians.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
         return out;
     }
     /// What the last step lacked.
@@ -109,7 +122,7 @@ public:
         for (auto [tile, c] : mesh_.template states<splat::map::MapCounts>()) out.records += c.no_entry, out.copies += c.copies_full;
         return out;
     }
-    /// The counters of the last step's run.
+    /// The counters of the last step, or of the last `rest`.
     RunCounters const& run() const noexcept { return run_; }
     splat::map::MapSizes const& sizes() const noexcept { return sizes_; }
     MeshType& mesh() noexcept { return mesh_; }
@@ -135,7 +148,8 @@ private:
         if (plan.grid.size() == 0) plan.grid = {tiling.columns, tiling.rows};
         detail::expect_tiles(reference, tiling, plan.grid);
         plan.resting = detail::rest(plan.records, splat::make_view(reference, o.rules), tiling, plan.grid);
-        plan.sizes = splat::map::sizes_on<Optimiser>(options.machine, o.view.tile, plan.resting.most_records, options.channel_slots);
+        auto const slots = std::max(options.record_slots, plan.resting.most_records);
+        plan.sizes = splat::map::sizes_on<Optimiser>(options.machine, o.view.tile, slots, options.channel_slots);
         if (options.entry_slots == 0)
             detail::expect_room(options.machine, plan.records.size(), plan.resting, plan.sizes, splat::map::record_bytes<Optimiser>);
         else if (options.entry_slots < plan.sizes.entries)
@@ -157,11 +171,11 @@ private:
         return out;
     }
     explicit MeshRefiner(Plan plan)
-        : options_(plan.options), facts_(std::move(plan.facts)), resting_(std::move(plan.resting)), sizes_(plan.sizes),
+        : options_(plan.options), facts_(std::move(plan.facts)), sizes_(plan.sizes),
           mesh_(Program{}, plan.grid, mesh_sizes_of(plan), mesh_options_of(plan.options))
     {
         for (std::size_t k = 0; k < plan.records.size(); ++k) {
-            auto const tile = plan.grid.tile(resting_.tile[k]);
+            auto const tile = plan.grid.tile(plan.resting.tile[k]);
             mesh_.template state<splat::map::Records>(tile).push(plan.records[k]);
             mesh_.template state<splat::map::OptimiserStates<Optimiser>>(tile).push({});
         }
@@ -182,7 +196,6 @@ private:
 
     MeshRefineOptions options_;
     scene::Map facts_;
-    detail::Resting resting_;
     splat::map::MapSizes sizes_;
     MeshType mesh_;
     RunCounters run_;

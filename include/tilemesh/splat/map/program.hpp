@@ -9,6 +9,7 @@
 #include <tilemesh/splat/map/compare.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/regions.hpp>
+#include <tilemesh/splat/map/rest.hpp>
 
 /// A mapping step as a program on the mesh: one view moves each Gaussian that it shows.
 namespace tilemesh { inline namespace v0_2 { namespace splat::map {
@@ -97,18 +98,22 @@ struct TakeStep {
     };
 };
 
-/// One step of a map by one view. Records rest where the host puts them, on any tile, whatever the view. Each step casts new copies,
-/// because each step moves the records.
+/// One step of a map by one view. Records rest on any tiles, whatever the view. Each step casts new copies, because each step moves the
+/// records. Before the step, or without one, the records may move to the tiles of their means in the view (`RestRecords`): the host says so
+/// with two words of `StepParameters`.
 ///
 /// After the same views and steps, the records have the bits of `mapping::Refiner`, for any tile of whole blocks, any resting tiles, any
 /// channel capacity and any engine, as long as no entry is lost (`MapCounts`). Degree 0 only.
 template <class Optimiser>
-using MapStep = Sequence<Superstep<BeginView>, Superstep<ProjectRecords>, Superstep<Cast>, UntilQuiet<Cast>, Superstep<SortEntries>,
-                         Superstep<Walk>, Superstep<AddUp>, Superstep<Return>, UntilQuiet<Return>, Superstep<TakeStep<Optimiser>>>;
+using MapStep =
+    Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>,
+             If<&StepParameters::steps, Superstep<BeginView>, Superstep<ProjectRecords>, Superstep<Cast>, UntilQuiet<Cast>,
+                Superstep<SortEntries>, Superstep<Walk>, Superstep<AddUp>, Superstep<Return>, UntilQuiet<Return>,
+                Superstep<TakeStep<Optimiser>>>>;
 
 /// The bytes of a record, and of an entry, on a tile with `walkers` workers that walk.
 template <class Optimiser>
-inline constexpr std::uint32_t record_bytes = sizeof(Gaussian) + sizeof(typename Optimiser::State);
+inline constexpr std::uint32_t record_bytes = sizeof(Gaussian) + sizeof(typename Optimiser::State) + sizeof(TileId);
 constexpr std::uint32_t entry_bytes(std::uint32_t walkers) noexcept
 {
     return sizeof(Entry) + sizeof(EntryKey) + walkers * static_cast<std::uint32_t>(sizeof(SplatSums));
@@ -121,6 +126,8 @@ constexpr MapSizes sizes_on(MachineSize const& machine, TileSize const& tile, st
     MapSizes sizes;
     sizes.records = records;
     sizes.copies = sizes.answers = channel_slots;
+    sizes.road = times(channel_slots, sizeof(CopyMessage)) / sizeof(RecordMessage<Optimiser>); // in the memory of copies
+    if (sizes.road == 0) sizes.road = 1;
     sizes.tile_pixels = tile.tile_width * tile.tile_height;
     sizes.tile_blocks = blocks_of(tile);
     sizes.walkers = walkers_of(tile, machine.workers);

@@ -23,12 +23,13 @@ struct MapSizes {
     std::uint32_t sums = 0;        ///< `entries` for each of the workers that walk
     std::uint32_t copies = 0;      ///< messages of casting in one channel end
     std::uint32_t answers = 0;     ///< messages of returning in one channel end
+    std::uint32_t road = 0;        ///< records on their way to other tiles in one channel end
     std::uint32_t tile_pixels = 0; ///< pixels of the target
     std::uint32_t tile_blocks = 0;
     std::uint32_t walkers = 0;     ///< workers that walk (`walkers_of`)
 };
 
-/// What the host tells every tile: one view, and how to step.
+/// What the host tells every tile: one view, what to do with it, and how to step.
 struct StepParameters {
     static constexpr char const* name = "step parameters";
     View view;
@@ -37,6 +38,8 @@ struct StepParameters {
     Rates rates;
     Decays decays;
     std::uint32_t walkers; ///< the workers that walk; each has its own sums
+    std::uint32_t rests;   ///< 1: the records move to the tiles of their means in this view
+    std::uint32_t steps;   ///< 1: the records make a step by this view
 };
 static_assert(std::is_trivially_copyable_v<StepParameters> && sizeof(StepParameters) % 4 == 0, "parameters are whole words");
 
