@@ -56,9 +56,9 @@ std::vector<splat::Gaussian> records_by_id(scene::Map const& map);
 /// same steps, as long as `lost()` was 0 in each, over tiles of whole blocks, grids, threads, engines and capacities of channels.
 ///
 /// `reference` is the view by which the host lays the records on the tiles. Other views cost more hops, and change no bit; `rest` moves
-/// the records to the tiles of another view. `MeshOf` is `Mesh` or `CheckedMesh`, `Machine` is `AnyMachine` or `Traced<AnyMachine>`. Throws
-/// `Error` as `Refiner`, for a map with harmonics or with an id twice, for a view with more tiles than the grid, and for a map that does
-/// not fit the tiles.
+/// the records to the tiles of another view. `MeshOf` is `Mesh`, `CheckedMesh` or `PoplarMesh`; `Machine` is `AnyMachine`,
+/// `Traced<AnyMachine>` or a machine. Throws `Error` as `Refiner`, for a map with harmonics or with an id twice, for a view with more tiles
+/// than the grid, and for a map that does not fit the tiles.
 ///
 /// Memory: as much of each tile as is in use, besides the map.
 template <class Optimiser = splat::map::SecondMomentByKind, template <class, class> class MeshOf = Mesh, class Machine = AnyMachine>
@@ -67,8 +67,10 @@ public:
     using Program = splat::map::MapStep<Optimiser>;
     using MeshType = MeshOf<Program, Machine>;
 
-    MeshRefiner(scene::Map map, splat::Camera const& reference, MeshRefineOptions const& options = {})
-        : MeshRefiner(plan_of(std::move(map), reference, options))
+    /// `mesh_options`: what the engine needs besides, as the device of a PoplarMesh. The threads are those of `options.refine.view`.
+    MeshRefiner(scene::Map map, splat::Camera const& reference, MeshRefineOptions const& options = {},
+                typename MeshType::Options mesh_options = {})
+        : MeshRefiner(plan_of(std::move(map), reference, options), std::move(mesh_options))
     {
     }
 
@@ -164,15 +166,14 @@ private:
         sizes.template undigested_of<splat::map::WalkSpaces>() = sizes.no_digest;
         return sizes;
     }
-    static typename MeshType::Options mesh_options_of(MeshRefineOptions const& options)
+    static typename MeshType::Options with_threads(typename MeshType::Options options, [[maybe_unused]] std::uint32_t threads)
     {
-        typename MeshType::Options out;
-        out.threads = options.refine.view.threads;
-        return out;
+        if constexpr (requires { options.threads; }) options.threads = threads;
+        return options;
     }
-    explicit MeshRefiner(Plan plan)
+    MeshRefiner(Plan plan, typename MeshType::Options mesh_options)
         : options_(plan.options), facts_(std::move(plan.facts)), sizes_(plan.sizes),
-          mesh_(Program{}, plan.grid, mesh_sizes_of(plan), mesh_options_of(plan.options))
+          mesh_(Program{}, plan.grid, mesh_sizes_of(plan), with_threads(std::move(mesh_options), plan.options.refine.view.threads))
     {
         for (std::size_t k = 0; k < plan.records.size(); ++k) {
             auto const tile = plan.grid.tile(plan.resting.tile[k]);
