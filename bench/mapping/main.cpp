@@ -7,13 +7,20 @@
 #include <common/statistics.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <numeric>
 #include <string>
+#include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/machine/spec.hpp>
+#include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/mapping/refiner.hpp>
+#include <tilemesh/model/cost_model.hpp>
+#include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -34,7 +41,7 @@ using bench::fixed;
 using report::thousands;
 
 inline char const* const scene_names[] = {"built_in", "sloth", "salad"};
-inline char const* const table_names[] = {"psnr", "times", "back"};
+inline char const* const table_names[] = {"psnr", "times", "back", "mesh"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, tables; ///< empty: all
@@ -63,11 +70,12 @@ Options parse(std::vector<std::string> const& all)
 std::string help()
 {
     return std::string("Usage: mapping [options]\n"
-                       "Refines spoilt maps by pictures of the true map: how well, how fast, and over which ways slopes would go back.\n"
+                       "Refines spoilt maps by pictures of the true map: how well, how fast, and over which ways slopes go back.\n"
                        "\n"
                        "  --table NAME     psnr   PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off\n"
                        "                   times  ms of a picture and of a step at 640 x 480, by threads\n"
                        "                   back   messages of the way back and their distances, 1280 x 720 on 40 x 36 tiles\n"
+                       "                   mesh   a step as a program on the mesh: messages, supersteps, modelled ms on Mk2\n"
                        "                   may be repeated. Default: all\n"
                        "  --scene NAME     built_in, sloth or salad; may be repeated. Default: all\n"
                        "  --steps N        steps of psnr. Default: 160\n"
@@ -308,6 +316,118 @@ void back(std::vector<Scene> const& scenes)
     }
 }
 
+/// `mk2()` with prices of a mapping step: flops, roots and others counted by hand in the kernels.
+CostModel priced_mk2()
+{
+    namespace d = model_detail;
+    auto model = mk2();
+    std::string const source = "arithmetic: counted by hand in splat/map/, flops at 0.68 a cycle as in a pair";
+    set_price(model, "cast_copy", 66 * d::one_worker, source);
+    set_price(model, "map_pair", d::millicycles_of(KernelWork::tenth_flops_a_tracked_pair + 20), source); // a pair, and its depth
+    set_price(model, "walked_pair", d::slots_of(44, 1, 10) * d::six_workers, source);
+    set_price(model, "pixel_slope", d::slots_of(50, 3, 40) * d::six_workers, source);
+    set_price(model, "gathered", 44 * d::six_workers, source);
+    set_price(model, "returned", 48 * d::one_worker, source);
+    set_price(model, "moved_record", 90 * d::one_worker, source);
+    set_price(model, "chain", d::slots_of(500, 20, 150) * d::six_workers, source);
+    return model;
+}
+
+/// Moves the records to the tiles of another view, and says what that costs.
+template <class Refiner>
+void rest(Refiner& on_mesh, splat::Camera const& camera, CostModel const& model)
+{
+    on_mesh.rest(camera);
+    auto const cost = model_cost(model, on_mesh.mesh().trace(), on_mesh.mesh().grid());
+    std::uint64_t bytes = 0, passes = 0;
+    for (auto const& step : on_mesh.run().steps) bytes += step.live_bytes, passes += step.passes;
+    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1)
+              << " MB, " << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
+}
+
+/// A step as a program on the mesh, in the view by which the records rest, and in another one. Returns 1 if a bit differs from the host's.
+int mesh(std::vector<Scene> const& scenes)
+{
+    std::cout << "\nA step on a mesh of Mk2's tiles, channels of 100 slots: counted, and ms by the model of Mk2. `turned`: the third view\n"
+                 "of the path, with the records where they rest by the first; `rested`: after they have moved\n\n"
+                 "| map | view | pixels | tile | messages out = back | MB out | back | supersteps of both | splats of the fullest tile "
+                 "| room | lost copies | project | cast | sort | walk | return | step | all ms | steps a second |\n"
+                 "|---|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+    auto const model = priced_mk2();
+    int status = 0;
+    struct Size {
+        std::uint32_t width, height;
+        splat::TileSize tile;
+    };
+    for (auto const& s : scenes)
+        for (Size const size : {Size{1280, 720, {32, 20}}, Size{640, 480, {16, 15}}}) {
+            std::array<splat::Camera, 2> const cameras{scene::resized(s.path[0], size.width, size.height),
+                                                       scene::resized(s.path[2], size.width, size.height)};
+            mapping::Refiner<> truth(s.map);
+            std::array<mapping::Target, 2> targets;
+            for (std::size_t i = 0; i < 2; ++i) {
+                auto const seen = truth.render(cameras[i]);
+                targets[i] = mapping::make_target(seen.colour, seen.depth);
+            }
+            float const depth = median_depth(targets[0]);
+            auto const start = spoilt(s.map, depth);
+            mapping::MeshRefineOptions o;
+            o.refine = options_for(1);
+            o.refine.view.tile = size.tile;
+            mapping::MeshRefiner<splat::map::SecondMomentByKind, Mesh, Traced<AnyMachine>> on_mesh(start, cameras[0], o);
+            mapping::Refiner<> host(start, o.refine);
+            bool whole = true;
+            for (std::size_t row = 0; row < 3; ++row) {
+                std::size_t const i = row == 0 ? 0 : 1;
+                if (row == 2) rest(on_mesh, cameras[i], model);
+                on_mesh.step(cameras[i], targets[i], splat::map::usual_rates(depth));
+                host.step(cameras[i], targets[i], splat::map::usual_rates(depth));
+                auto const lost = on_mesh.lost();
+                whole = whole && lost.copies + lost.records == 0;
+                auto const costs = step_costs(on_mesh.mesh().trace(), model_cost(model, on_mesh.mesh().trace(), on_mesh.mesh().grid()));
+                auto const& run = on_mesh.run();
+                std::uint64_t out = 0, back = 0, passes = 0, out_bytes = 0, back_bytes = 0, all = 0, most = 0;
+                std::array<std::uint64_t, 6> cycles{};
+                for (std::size_t k = 0; k < run.steps.size(); ++k) {
+                    auto const& step = run.steps[k];
+                    auto const is = [&](char const* name) { return step.kernel == name; };
+                    bool const casts = is("cast"), returns = is("return");
+                    if (casts) out += step.messages, out_bytes += step.live_bytes; // with the answers of full tiles
+                    if (returns) back += step.messages, back_bytes += step.live_bytes;
+                    passes += casts || returns ? step.passes : 0;
+                    std::size_t const column = is("begin view") || is("project records") ? 0
+                                               : casts                                   ? 1
+                                               : is("sort entries")                      ? 2
+                                               : is("walk") || is("add up")              ? 3
+                                               : returns                                 ? 4
+                                                                                         : 5;
+                    cycles[column] += costs[k].total(), all += costs[k].total();
+                }
+                for (auto const& peak : run.peaks)
+                    if (peak.region == splat::map::Entries::name) most = peak.items;
+                out -= lost.copies; // its message was answered at once
+                if (out != back + lost.copies)
+                    throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) +
+                                " back); mend the program");
+                std::cout << "| " << s.name << " | " << (row == 0 ? "own" : row == 1 ? "turned" : "rested") << " | " << size.width << " x "
+                          << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | " << thousands(out) << " | "
+                          << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | " << fixed(static_cast<double>(back_bytes) * 1e-6, 1)
+                          << " | " << passes << " | " << thousands(most) << " | " << thousands(on_mesh.sizes().entries) << " | "
+                          << thousands(lost.copies + lost.records);
+                for (auto const c : cycles) std::cout << " | " << fixed(milliseconds(model, c), 2);
+                std::cout << " | " << fixed(milliseconds(model, all), 2) << " | " << fixed(1000 / milliseconds(model, all), 0) << " |\n";
+            }
+            auto const a = on_mesh.map().gaussians, b = host.map().gaussians; // both in the order of ids
+            if (!whole) {
+                std::cout << "(tiles were full: the next step of " << s.name << " has another picture than the host's)\n";
+            } else if (std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) != 0) {
+                std::cout << "FAILED: the map of " << s.name << " on the mesh is not that of the host\n";
+                status = 1;
+            }
+        }
+    return status;
+}
+
 int run(Options const& o)
 {
     auto const scenes = scenes_of(o);
@@ -316,6 +436,7 @@ int run(Options const& o)
     if (wants("psnr")) status = psnr(o, scenes);
     if (wants("times")) times(o, scenes);
     if (wants("back")) back(scenes);
+    if (wants("mesh")) status = std::max(status, mesh(scenes));
     return status;
 }
 

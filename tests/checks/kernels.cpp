@@ -43,9 +43,15 @@
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
+#include <tilemesh/splat/map/compare.hpp>
 #include <tilemesh/splat/map/loss.hpp>
+#include <tilemesh/splat/map/operations.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
+#include <tilemesh/splat/map/program.hpp>
+#include <tilemesh/splat/map/regions.hpp>
+#include <tilemesh/splat/map/rest.hpp>
 #include <tilemesh/splat/map/sums.hpp>
 #include <tilemesh/splat/map/tile.hpp>
 #include <tilemesh/splat/map/walk.hpp>
@@ -229,6 +235,32 @@ template void map_step<splat::map::Adam>(splat::Gaussian&, splat::View const&, s
                                          splat::map::Adam::State&) noexcept;
 template void map_step<splat::map::SecondMomentByKind>(splat::Gaussian&, splat::View const&, splat::Splat const&, splat::map::SplatSums const&,
                                                        splat::map::Rates const&, splat::map::SecondMomentByKind::State&) noexcept;
+
+// The program that improves a map.
+namespace {
+struct Mapping {
+    using Machine = Mk2;
+    static constexpr splat::map::MapSizes sizes = splat::map::sizes_on<splat::map::SecondMomentByKind>(size_of_machine<Mk2>(), {32, 20}, 300, 100);
+};
+} // namespace
+#define MAP_KERNEL(kernel, Kernel)                                                                                                \
+    extern "C" std::uint32_t mapping_##kernel(Sram const& s) noexcept                                                             \
+    {                                                                                                                             \
+        return run<splat::map::MapStep<splat::map::SecondMomentByKind>, Mapping, splat::map::Kernel>(s);                          \
+    }
+MAP_KERNEL(begin_view, BeginView)
+MAP_KERNEL(project_records, ProjectRecords)
+MAP_KERNEL(cast, Cast)
+MAP_KERNEL(sort_entries, SortEntries)
+MAP_KERNEL(walk, Walk)
+MAP_KERNEL(add_up, AddUp)
+MAP_KERNEL(give_back, Return)
+MAP_KERNEL(take_step, TakeStep<splat::map::SecondMomentByKind>)
+MAP_KERNEL(begin_rest, BeginRest)
+MAP_KERNEL(find_goals, FindGoals)
+MAP_KERNEL(start_rest, StartRest)
+MAP_KERNEL(offer_room, OfferRoom<splat::map::SecondMomentByKind>)
+MAP_KERNEL(move_records, MoveRecords<splat::map::SecondMomentByKind>)
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

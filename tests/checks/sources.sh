@@ -40,8 +40,8 @@ refuse "report/ includes report/, splat/ and below, error.hpp, joined_threads.hp
     "$(ours report/ 'report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp|number_text\.hpp')"
 refuse "track/ includes track/, render/, engine/, scene/, report/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours track/ 'track/|render/|engine/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
-refuse "mapping/ includes mapping/, report/, scene/, splat/ and below, error.hpp and joined_threads.hpp" \
-    "$(ours mapping/ 'mapping/|report/|scene/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "mapping/ includes mapping/, engine/, report/, scene/, splat/ and below, error.hpp and joined_threads.hpp" \
+    "$(ours mapping/ 'mapping/|engine/|report/|scene/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"

@@ -34,6 +34,16 @@ struct RefineOptions {
     splat::map::Decays decays{};
 };
 
+namespace detail {
+/// Throws `Error` for rules of which no slope exists.
+inline void expect_refinable(splat::Rules const& rules)
+{
+    if (rules.coverage != splat::Coverage::of_record)
+        throw Error("a map that is shown with preserved coverage cannot be refined (its opacities depend on sizes, and no slope says "
+                    "so); take Coverage::of_record");
+}
+} // namespace detail
+
 /// A map that follows pictures: a step renders one view, compares it with its target, and moves each Gaussian that the view shows by its
 /// slopes.
 ///
@@ -54,9 +64,7 @@ public:
         : options_(options), map_(std::move(map)), states_(map_.gaussians.size()),
           harmonics_(map_.sh_degree == 0 ? 0 : map_.gaussians.size()), splats_(map_.gaussians.size()), sums_(options.view)
     {
-        if (options.rules.coverage != splat::Coverage::of_record)
-            throw Error("a map that is shown with preserved coverage cannot be refined (its opacities depend on sizes, and no slope says "
-                        "so); take Coverage::of_record");
+        detail::expect_refinable(options.rules);
     }
 
     /// Compares a view with its target. `seen`, if it is not null, gets the picture.

@@ -18,6 +18,13 @@ inline std::string by(std::uint32_t width, std::uint32_t height)
 {
     return std::to_string(width) + " x " + std::to_string(height);
 }
+/// Throws `Error` for a target of another size than the camera's.
+inline void expect_target(Target const& target, splat::Camera const& camera)
+{
+    if (target.width != camera.width || target.height != camera.height || target.pixels.size() != std::size_t{camera.width} * camera.height)
+        throw Error("a target of " + by(target.width, target.height) + " pixels is no picture of this camera (it has " +
+                    by(camera.width, camera.height) + "); give pictures of the camera's size");
+}
 } // namespace detail
 
 inline Target make_target(report::Image const& colour, report::Plane const& depth)
@@ -134,10 +141,7 @@ inline Fit ViewSums::run(std::span<splat::Splat const> splats, std::span<splat::
                          Seen* seen)
 {
     auto const& camera = view.camera;
-    if (target.width != camera.width || target.height != camera.height || target.pixels.size() != std::size_t{camera.width} * camera.height)
-        throw Error("a target of " + detail::by(target.width,
-                                        target.height) + " pixels is no picture of this camera (it has " + detail::by(camera.width,
-            camera.height) + "); give pictures of the camera's size");
+    detail::expect_target(target, camera);
     auto const tiling = splat::make_tiling(camera.width, camera.height, options_.tile.tile_width, options_.tile.tile_height);
     sort(splats, records);
     bin(tiling);

@@ -1,0 +1,79 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/machine/grid.hpp>
+#include <tilemesh/mapping/mesh_refiner.hpp>
+#include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/map/regions.hpp>
+#include <tilemesh/splat/project_all.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace mapping::detail {
+
+inline Resting rest(std::vector<splat::Gaussian> const& records, splat::View const& view, splat::Tiling const& tiling, Grid grid)
+{
+    Resting out;
+    out.tile.resize(records.size());
+    std::vector<splat::Splat> splats(records.size());
+    splat::project_all(records.data(), static_cast<std::uint32_t>(records.size()), view, tiling, splats.data());
+    std::vector<std::uint32_t> resting(grid.size(), 0), entries(grid.size(), 0);
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        auto const& s = splats[k];
+        if (!s.visible()) continue;
+        ++resting[out.tile[k] = grid.index_of(s.anchor)];
+        auto const box = splat::tiles_of(s, tiling);
+        for (std::uint32_t y = box.first.y(); y <= box.last.y(); ++y)
+            for (std::uint32_t x = box.first.x(); x <= box.last.x(); ++x) ++entries[grid.index_of(TileId::at(x, y))];
+    }
+    std::size_t const even = (records.size() + grid.size() - 1) / grid.size();
+    std::uint32_t next = 0;
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        if (splats[k].visible()) continue;
+        while (resting[next] >= even) ++next; // a tile below the mean exists as long as a record is left
+        ++resting[out.tile[k] = next];
+        ++entries[next];
+    }
+    out.most_records = *std::max_element(resting.begin(), resting.end());
+    out.most_entries = *std::max_element(entries.begin(), entries.end());
+    return out;
+}
+
+inline void expect_tiles(splat::Camera const& camera, splat::Tiling const& tiling, Grid grid)
+{
+    if (tiling.columns <= grid.width && tiling.rows <= grid.height) return;
+    throw Error("a picture of " + by(camera.width, camera.height) + " pixels does not fit the mesh (it has " +
+                by(tiling.columns, tiling.rows) + " tiles of " + by(tiling.tile_width, tiling.tile_height) + " pixels, the grid " +
+                by(grid.width, grid.height) + "); take a larger grid, larger tiles or smaller pictures");
+}
+
+inline void expect_room(MachineSize const& machine, std::size_t records, Resting const& resting, splat::map::MapSizes const& sizes,
+                        std::uint32_t record_bytes)
+{
+    if (resting.most_entries <= sizes.entries) return;
+    std::uint32_t const entry = splat::map::entry_bytes(sizes.walkers);
+    auto const bytes = [entry](std::uint32_t entries) { return std::to_string(std::uint64_t{entries} * entry); };
+    throw Error("a map of " + std::to_string(records) + " Gaussians does not fit the tiles of " + machine.name + " (the fullest holds " +
+                std::to_string(resting.most_records) + " records of " + std::to_string(record_bytes) + " bytes, and its " +
+                std::to_string(resting.most_entries) + " splats of " + std::to_string(entry) + " bytes in the reference view take " +
+                bytes(resting.most_entries) + " bytes; " + bytes(sizes.entries) +
+                " are left); take smaller tiles, fewer slots of channels or a smaller map");
+}
+
+inline std::vector<splat::Gaussian> records_by_id(scene::Map const& map)
+{
+    if (map.sh_degree != 0)
+        throw Error("a map with harmonics of degree " + std::to_string(map.sh_degree) +
+                    " cannot be refined on a mesh (its records have degree 0); take mapping::Refiner");
+    auto out = map.gaussians;
+    std::sort(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
+    auto const twice = std::adjacent_find(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.id == b.id; });
+    if (twice != out.end())
+        throw Error("two Gaussians of the map have the id " + std::to_string(static_cast<std::uint32_t>(twice->id)) +
+                    " (ids decide the order of equal depths); give each its own");
+    return out;
+}
+
+}}} // namespace tilemesh::mapping::detail

@@ -1,0 +1,83 @@
+// test: unoptimised asan, without tsan, cost 10
+#include "../mapping/support.hpp"
+#include "on_poplar.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <standin_vertex.hpp>
+#include <tilemesh/mapping/mesh_refiner.hpp>
+#include <tilemesh/poplar/codelet.hpp>
+#include <tilemesh/splat/map/program.hpp>
+#include <vector>
+
+// A mapping step as codelets on a graph, on the stand-in for Poplar: the map, the losses, the counters and the words of all tiles are those
+// of the thread engine.
+using namespace tilemesh;
+namespace map = splat::map;
+using poplar_test::executions;
+
+using Optimiser = map::SecondMomentByKind;
+using Mapping = map::MapStep<Optimiser>;
+
+TILEMESH_VERTEX(map_begin_rest, Mk2, Mapping, map::BeginRest)
+TILEMESH_MULTI_VERTEX(map_find_goals, Mk2, Mapping, map::FindGoals)
+TILEMESH_VERTEX(map_start_rest, Mk2, Mapping, map::StartRest)
+TILEMESH_VERTEX(map_offer_room, Mk2, Mapping, map::OfferRoom<Optimiser>)
+TILEMESH_VERTEX(map_move_records, Mk2, Mapping, map::MoveRecords<Optimiser>)
+TILEMESH_VERTEX(map_begin_view, Mk2, Mapping, map::BeginView)
+TILEMESH_MULTI_VERTEX(map_project_records, Mk2, Mapping, map::ProjectRecords)
+TILEMESH_VERTEX(map_cast, Mk2, Mapping, map::Cast)
+TILEMESH_VERTEX(map_sort_entries, Mk2, Mapping, map::SortEntries)
+TILEMESH_MULTI_VERTEX(map_walk, Mk2, Mapping, map::Walk)
+TILEMESH_MULTI_VERTEX(map_add_up, Mk2, Mapping, map::AddUp)
+TILEMESH_VERTEX(map_return, Mk2, Mapping, map::Return)
+TILEMESH_MULTI_VERTEX(map_take_step, Mk2, Mapping, map::TakeStep<Optimiser>)
+
+#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
+ENTER(map_begin_rest);
+ENTER(map_find_goals);
+ENTER(map_start_rest);
+ENTER(map_offer_room);
+ENTER(map_move_records);
+ENTER(map_begin_view);
+ENTER(map_project_records);
+ENTER(map_cast);
+ENTER(map_sort_entries);
+ENTER(map_walk);
+ENTER(map_add_up);
+ENTER(map_return);
+ENTER(map_take_step);
+
+TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the thread engine, in every order of workers")
+{
+    standin::With const restore(standin::settings());
+    auto gaussians = support::cloud(support::fast() ? 40 : 80, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -4.0f);
+    auto const truth = support::map_of(std::move(gaussians));
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
+    auto const start = support::mapping::spoilt(truth, 2, 5);
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        mapping::MeshRefineOptions o;
+        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
+        o.channel_slots = 2;
+        mapping::MeshRefiner<Optimiser, Mesh, Mk2> threads(start, views.cameras[0], o);
+        mapping::MeshRefiner<Optimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], o, poplar_test::options("map"));
+        for (std::uint32_t i = 0; i < 4; ++i) {
+            if (i == 2) threads.rest(views.cameras[1]), graph.rest(views.cameras[1]);
+            auto const expected = threads.step(views.cameras[i % 2], views.targets[i % 2], map::usual_rates(2));
+            auto const fit = graph.step(views.cameras[i % 2], views.targets[i % 2], map::usual_rates(2));
+            CHECK(fit.loss == expected.loss);
+            CHECK(fit.pixels == 64 * 30);
+            engine_test::check_same(threads.run(), graph.run());
+            poplar_test::check_same_words(threads.mesh(), graph.mesh());
+        }
+        auto const a = threads.map().gaussians, b = graph.map().gaussians;
+        REQUIRE(a.size() == start.gaussians.size());
+        REQUIRE(b.size() == a.size());
+        CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+        CHECK(threads.lost().copies == 0);
+    }
+}
