@@ -44,6 +44,7 @@
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/map/chain.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/loss.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/sums.hpp>
@@ -229,6 +230,17 @@ template void map_step<splat::map::Adam>(splat::Gaussian&, splat::View const&, s
                                          splat::map::Adam::State&) noexcept;
 template void map_step<splat::map::SecondMomentByKind>(splat::Gaussian&, splat::View const&, splat::Splat const&, splat::map::SplatSums const&,
                                                        splat::map::Rates const&, splat::map::SecondMomentByKind::State&) noexcept;
+
+// What a program that grows the map is made of: the cell of a keyframe, and what goes.
+extern "C" bool map_insert(splat::map::CellSums& sums, splat::TargetPixel const& target, splat::map::ShownPixel const& shown, splat::Camera const& camera,
+                           splat::map::CellGrid const& grid, std::uint32_t cell, splat::Gaussian& to) noexcept
+{
+    sums.add(target, shown);
+    splat::map::InsertRules const rules{};
+    if (!sums.wants_gaussian(rules)) return false;
+    to = splat::map::gaussian_of_cell(sums, camera, grid, cell % grid.columns, cell / grid.columns, 1, rules);
+    return !splat::map::is_removed(to, splat::map::RemoveRules{}, 1.0f);
+}
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)
