@@ -84,15 +84,15 @@ struct CellGrid {
 };
 
 /// The Gaussian of the cell in this column and row: at the cell's middle and mean depth, the same along all axes, with the target's mean
-/// colour. Requires `sums.wants_gaussian`, and a keyframe and cells within the bounds of ids. Cost: seven divisions and a logarithm.
-inline Gaussian gaussian_of_cell(CellSums const& sums, Camera const& c, CellGrid const& grid, std::uint32_t column, std::uint32_t row,
+/// colour. Requires `of.wants_gaussian`, and a keyframe and cells within the bounds of ids. Cost: seven divisions and a logarithm.
+inline Gaussian gaussian_of_cell(CellSums const& of, Camera const& c, CellGrid const& grid, std::uint32_t column, std::uint32_t row,
                                  std::uint32_t keyframe, InsertRules const& r) noexcept
 {
     auto const middle = [](std::uint32_t at, std::uint32_t cell, std::uint32_t size) {
         std::uint32_t const begin = at * cell, end = size - begin < cell ? size : begin + cell;
         return 0.5f * static_cast<float>(begin + end);
     };
-    float const depth = sums.mean_depth(), n = static_cast<float>(sums.pixels);
+    float const depth = of.mean_depth(), n = static_cast<float>(of.pixels);
     float const x = middle(column, grid.cell, c.width) - c.cx, y = middle(row, grid.cell, c.height) - c.cy;
     float const view[3] = {x / c.fx * depth, y / c.fy * depth, depth};
     float const log_scale = logarithm(r.deviation * static_cast<float>(grid.cell) * depth / c.fx);
@@ -100,7 +100,7 @@ inline Gaussian gaussian_of_cell(CellSums const& sums, Camera const& c, CellGrid
     for (std::uint32_t i = 0; i < 3; ++i) {
         float const across = multiply_add(c.rotation[0][i], view[0], c.rotation[1][i] * view[1]);
         g.mean_world[i] = c.position[i] + multiply_add(c.rotation[2][i], view[2], across);
-        g.colour[i] = sums.rgb[i] > 0 ? sums.rgb[i] / n : 0.0f;
+        g.colour[i] = of.rgb[i] > 0 ? of.rgb[i] / n : 0.0f;
         g.log_scale[i] = log_scale;
     }
     g.opacity = r.opacity;
