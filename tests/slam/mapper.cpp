@@ -133,6 +133,11 @@ TEST_CASE("mapper: the map has equal bits over threads and tilings, with each op
         auto const first = grown(o, &facts);
         CHECK(facts[0].inserted == 1440);
         CHECK(facts[3].psnr_db > 20);
+        std::set<splat::GaussianId> ids;
+        std::set<std::uint32_t> keyframes;
+        for (auto const& g : first.gaussians) ids.insert(g.id), keyframes.insert(static_cast<std::uint32_t>(g.id) >> 20);
+        CHECK(ids.size() == first.gaussians.size());
+        CHECK(keyframes == std::set<std::uint32_t>{1, 2, 3, 4});
         o.threads = 2;
         o.tile = {16, 5};
         CHECK(same(first, grown(o)));

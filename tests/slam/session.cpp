@@ -136,6 +136,24 @@ TEST_CASE("session: a lost frame is never a keyframe, and the next good one is t
     CHECK(pixels_off(next.tracked.pose, 5) < 2);
 }
 
+TEST_CASE("session: the second frame is judged by the first, although the first was not tracked")
+{
+    Mapper truth(on_slam::wall(), 2);
+    auto o = short_steps();
+    o.keyframe_every = 1;
+    o.with_exposure = true;
+    auto session = begun(o);
+    session.add(frame_at(truth, 0));
+    auto dark = frame_at(truth, 1); // of another scene: one bright column
+    for (std::uint32_t y = 0; y < 60; ++y)
+        for (std::uint32_t x = 0; x < 96; ++x)
+            for (int c = 0; c < 3; ++c) dark.colour.pixel(x, y)[c] = x / 8 == 7 ? 1.0f : 0.0f;
+    auto const second = session.add(std::move(dark));
+    CHECK(second.tracked.verdict == Verdict::lost);
+    CHECK_FALSE(second.keyframe);
+    CHECK(session.add(frame_at(truth, 2)).tracked.verdict != Verdict::lost);
+}
+
 TEST_CASE("session: the tracker follows the map as it is after a keyframe")
 {
     Mapper truth(on_slam::wall(), 2);

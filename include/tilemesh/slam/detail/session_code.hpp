@@ -24,6 +24,7 @@ TILEMESH_HOST track::TrackerOptions tracker_options()
     track::TrackerOptions o;
     o.method = track::Method::forward;
     o.rows_per_pixel = 4;
+    o.harmless_cost = 2.4e-3;
     return o;
 }
 
@@ -120,6 +121,8 @@ TILEMESH_HOST FrameResult Session::add(Frame frame)
     out.keyframe = w.mapper.add(camera, std::move(target));
     w.last_keyframe = number;
     w.evaluator.reset(); // its map is an older one now
+    // The tracker has seen no frame yet: it would take any picture for the next one. The pose stays what the caller said.
+    if (begins) static_cast<void>(w.track(frame));
     return out;
 }
 
