@@ -262,6 +262,12 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
         }
         throw;
     }
+    if (shared::interrupt() == 0) {
+        auto const begin = std::chrono::steady_clock::now();
+        auto const steps = std::min<std::uint64_t>(std::uint64_t{o.finish} * out.keyframe_count, 1'000'000'000);
+        session.mapper().refine(static_cast<std::uint32_t>(steps));
+        out.all_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    }
     if (!out.done.empty()) write();
     return end_of(o, out, count, printer);
 }

@@ -35,6 +35,7 @@ byte, whatever the number of threads.
   --keyframe-every N         a keyframe after so many frames [5]
   --open SHARE               0 to 1: a keyframe where more of a picture is not covered [0.08]
   --steps N                  steps of refinement after a keyframe, twice as many after the first [30]
+  --finish N                 steps by each keyframe after the last frame [5]
   --optimiser NAME           adam | by-kind [adam]
   --cell N                   new Gaussians stand for cells of N x N pixels [2]
   --threads N                [1]
@@ -91,6 +92,7 @@ std::optional<Options> options_of(int argc, char** argv)
         else if (name == "--keyframe-every") o.keyframe_every = values.whole(name, value(), 1, 1'000'000);
         else if (name == "--open") o.most_open = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
         else if (name == "--steps") o.steps = values.whole(name, value(), 0, 1'000'000);
+        else if (name == "--finish") o.finish = values.whole(name, value(), 0, 1'000'000);
         else if (name == "--cell") o.cell = values.whole(name, value(), 1, 64);
         else if (name == "--optimiser") {
             auto const text = value();

@@ -19,7 +19,7 @@ struct Options : shared::SequenceOptions {
     bool quiet = false;
     std::optional<tilemesh::scene::Size> size; ///< none: that of the pictures, or 320 x 240
     std::optional<float> near_depth;           ///< none: the camera file's, or one that fits the scene
-    std::uint32_t frames = 60, keyframe_every = 5, steps = 30, cell = 2;
+    std::uint32_t frames = 60, keyframe_every = 5, steps = 30, finish = 5, cell = 2;
     double most_open = 0.08;
     tilemesh::slam::Optimiser optimiser = tilemesh::slam::Optimiser::adam;
     tilemesh::track::Method method = tilemesh::track::Method::forward;

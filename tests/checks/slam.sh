@@ -11,7 +11,7 @@ case $2 in /*) track_camera=$2 ;; *) track_camera=$PWD/$2 ;; esac
 # --- the command line --------------------------------------------------------------------------
 runs --help
 for option in --photos --render --map --cameras --camera --trajectory --trajectory-format --relative --near --depth-scale --frames --every \
-    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --optimiser --cell --threads --report --out --quiet; do
+    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --out --quiet; do
     has stdout "^  $option "
 done
 
@@ -46,7 +46,7 @@ for threads in 1 2 3; do
     for file in map.ply estimated.tum truth.tum; do same first/$file again/$file; done
     equal "the hash with $threads threads" "$(value again.json map_sha256)" "$(value first.json map_sha256)"
 done
-for other in "--optimiser by-kind" "--steps 12" "--cell 3" "--method hybrid" "--noise 0" "--keyframe-every 3" "--gain-drift 0"; do
+for other in "--optimiser by-kind" "--steps 12" "--finish 0" "--cell 3" "--method hybrid" "--noise 0" "--keyframe-every 3" "--gain-drift 0"; do
     # shellcheck disable=SC2086
     runs $short --frames 8 --out other --quiet $other --report other.json
     equal "frames lost with $other" "$(value other.json frames_lost)" 0
@@ -83,7 +83,7 @@ awk -v a="$(value photos.json median_depth)" -v b="$(value rendered.json median_
     fail "files and views have different depths"
 # A map to start from is tracked from the first frame on, and needs few new Gaussians.
 # shellcheck disable=SC2086
-runs --render wall.ply --map wall.ply $lens --size 96x64 --noise 0 --frames 6 --steps 0 --out extended --report extended.json
+runs --render wall.ply --map wall.ply $lens --size 96x64 --noise 0 --frames 6 --steps 0 --finish 0 --out extended --report extended.json
 awk -v n="$(value extended.json gaussians)" -v a="$(value extended.json ate_rmse)" 'BEGIN { exit !(n > 560 && n < 700 && a < 0.06) }' ||
     fail "the map that was extended: $(grep summary extended.json)"
 # Half of the files: the others are damaged, and the map of those before is written.

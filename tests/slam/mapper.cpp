@@ -32,6 +32,7 @@ scene::Map grown(MapperOptions const& o, std::vector<slam::Keyframe>* facts = nu
         if (facts != nullptr) facts->push_back(one);
     }
     CHECK(mapper.keyframes() == 4);
+    mapper.refine(6);
     return mapper.map();
 }
 bool same(scene::Map const& a, scene::Map const& b)
@@ -61,6 +62,39 @@ TEST_CASE("mapper: half of the steps take the newest keyframe, a quarter a windo
         CHECK(slam::keyframe_of_step(2, step, 8, 1) <= 2);
         if (step % 4 == 1) CHECK(slam::keyframe_of_step(9, step, 1, 1) == 9);
     }
+}
+
+TEST_CASE("mapper: more steps take each keyframe once in a round, and make all of them better")
+{
+    std::set<std::vector<std::size_t>> orders;
+    for (std::uint32_t round = 0; round < 10; ++round) {
+        std::vector<std::size_t> order;
+        for (std::uint32_t i = 0; i < 7; ++i) order.push_back(slam::keyframe_of_round(7, 7 * round + i, 1));
+        orders.insert(order);
+        std::sort(order.begin(), order.end());
+        CHECK(order == std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6});
+    }
+    CHECK(orders.size() > 5);
+
+    Mapper truth(on_slam::wall(), 2), mapper({}, 2);
+    mapper.refine(5); // no keyframe
+    CHECK(mapper.map().gaussians.empty());
+    std::vector<splat::Camera> cameras;
+    for (std::size_t k = 0; k < 3; ++k) {
+        cameras.push_back(scene::make_camera(on_slam::pose(4 * k), on_slam::lens()));
+        mapper.add(cameras.back(), target_of(truth.render(cameras.back())));
+    }
+    auto const mean = [&] {
+        double sum = 0;
+        for (auto const& c : cameras) sum += mapper.measure(c, target_of(truth.render(c))).psnr_db() / 3;
+        return sum;
+    };
+    auto const before = mean();
+    auto const gaussians = mapper.map().gaussians.size();
+    mapper.refine(30);
+    MESSAGE("PSNR from " << before << " to " << mean());
+    CHECK(mean() > before + 0.5);
+    CHECK(mapper.map().gaussians.size() == gaussians);
 }
 
 TEST_CASE("mapper: the first keyframe fills each cell with a depth, and the same picture again nearly none")

@@ -60,6 +60,9 @@ public:
 
     /// Adds a keyframe. The target's depths say where Gaussians are: a cell without a known depth gets none.
     TILEMESH_HOST Keyframe add(splat::Camera const& camera, mapping::Target target);
+    /// Takes steps by all keyframes, each once in a round and each round in another order, as after the last frame. Rates fall to a tenth
+    /// over these steps. Nothing is inserted or removed; without a keyframe, nothing happens.
+    TILEMESH_HOST void refine(std::uint32_t steps);
     /// The share of a target's pixels that have a known depth and are at most half covered by the map: a large share wants a keyframe.
     TILEMESH_HOST double open_share(splat::Camera const& camera, mapping::Target const& target);
     /// How well a view of the map agrees with a target.
@@ -79,6 +82,9 @@ private:
 /// The keyframe that step `step` after keyframe `newest` takes, both from 0: `newest` in even steps, one of the last `window` in steps 1,
 /// 5, 9, and any in steps 3, 7, 11. A function of its arguments alone.
 TILEMESH_HOST std::size_t keyframe_of_step(std::size_t newest, std::uint32_t step, std::uint32_t window, std::uint64_t seed) noexcept;
+
+/// The keyframe of `count` that a step of `Mapper::refine` takes. A function of its arguments alone.
+TILEMESH_HOST std::size_t keyframe_of_round(std::size_t count, std::uint32_t step, std::uint64_t seed);
 
 }}} // namespace tilemesh::slam
 

@@ -30,6 +30,16 @@ TILEMESH_HOST std::size_t keyframe_of_step(std::size_t newest, std::uint32_t ste
     return newest - static_cast<std::size_t>(share * of >> 32);
 }
 
+TILEMESH_HOST std::size_t keyframe_of_round(std::size_t count, std::uint32_t step, std::uint64_t seed)
+{
+    // The round's order: by random keys, with the round's number in the place of a frame's.
+    auto const round = step / count, place = step % count;
+    std::vector<std::pair<std::uint64_t, std::size_t>> order(count);
+    for (std::size_t k = 0; k < count; ++k) order[k] = {track::random_bits(seed, round, k, 1), k};
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(place), order.end());
+    return order[place].second;
+}
+
 /// The map in a refiner of one of the optimisers, and the keyframes.
 struct Mapper::Work {
     using ByAdam = mapping::Refiner<splat::map::Adam>;
@@ -138,6 +148,18 @@ TILEMESH_HOST Keyframe Mapper::add(splat::Camera const& camera, mapping::Target 
     return out;
 }
 
+TILEMESH_HOST void Mapper::refine(std::uint32_t steps)
+{
+    auto& w = *work_;
+    if (w.keyframes.empty()) return;
+    auto const rates = splat::map::usual_rates(w.scene_depth) * w.options.rate;
+    w.with_refiner([&](auto& refiner) {
+        for (std::uint32_t i = 0; i < steps; ++i) {
+            auto const& by = w.keyframes[keyframe_of_round(w.keyframes.size(), i, w.options.seed)];
+            refiner.step(by.camera, by.target, splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(steps)));
+        }
+    });
+}
 TILEMESH_HOST double Mapper::open_share(splat::Camera const& camera, mapping::Target const& target)
 {
     mapping::Seen seen;
