@@ -321,6 +321,9 @@ int run(Options const& o)
         if (has_truth && known == 0)
             throw Error(o.trajectory->string() +
                         " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
+        if (!o.near_depth && !names_near && map.gaussians.empty()) // a near plane as `scene::near_for` gives it where there is a map
+            if (auto const depth = slam::median_depth(source.take(0).depth); depth > 0)
+                lens.near_depth = std::min(lens.near_depth, static_cast<float>(depth / 10));
         // A photograph is compared at the pose that was found, without the exposure that was found.
         auto const view = [&](std::size_t k, Done const& d) -> std::optional<Compared> {
             if (d.lost) return std::nullopt;
