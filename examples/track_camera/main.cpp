@@ -4,14 +4,15 @@
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
+#include "../shared/report_text.hpp"
+#include "../shared/rgbd_photo.hpp"
+#include "../shared/sequence.hpp"
 #include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
-#include "path.hpp"
 #include "pictures.hpp"
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -46,7 +47,6 @@
 #include <tilemesh/splat/view.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
-#include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
 #include <unistd.h>
@@ -59,145 +59,13 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
+using shared::json_text;
+using shared::number;
 using shared::Printer;
+using shared::rounded;
 using tilemesh::Error;
 using track_camera::Options;
 using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
-
-/// A number as JSON has it: the shortest text that reads back as this number. JSON has no number that is not finite.
-std::string number(double value)
-{
-    if (!std::isfinite(value)) return "null";
-    std::array<char, 32> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value);
-    return {text.data(), end.ptr};
-}
-
-/// A number for readers: three significant digits. No printed measure is known better, and each has a unit behind it.
-std::string rounded(double value)
-{
-    if (!std::isfinite(value)) return "unknown";
-    std::array<char, 32> text{};
-    bool const large = value >= 999.5 && value < 1e15; // whole, not 1.02e+03
-    auto const end = large ? std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 0)
-                           : std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
-    return {text.data(), end.ptr};
-}
-
-/// What the readers say about their files, each note with the name of its file.
-void add_notes(std::vector<std::string>& to, std::filesystem::path const& file, std::vector<std::string> const& notes)
-{
-    for (auto const& note : notes) to.push_back(file.filename().string() + ": " + note);
-}
-
-/// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option.
-scene::Trajectory poses_of(Options const& o, scene::Pose const& first, std::array<double, 3> const& origin, std::vector<std::string>& notes)
-{
-    if (!o.trajectory) return {};
-    auto poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
-    add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
-    return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
-}
-
-/// Poses of a map with an origin, in the coordinates of its file.
-std::vector<scene::StampedPose> in_file_coordinates(std::vector<scene::StampedPose> poses, std::array<double, 3> const& origin)
-{
-    if (origin == std::array<double, 3>{}) return poses;
-    for (auto& each : poses) each.pose.position += glm::dvec3{origin[0], origin[1], origin[2]};
-    return poses;
-}
-
-/// A picture to track, and the pose that it was taken from, if that is known.
-struct Seen {
-    double seconds = 0.0;
-    report::Image colour;
-    report::Plane depth;
-    std::optional<scene::Pose> truth;
-};
-
-/// Real pictures, with the poses of a trajectory that are at most 20 ms away as the truth.
-class Photos {
-public:
-    Photos(Options const& o, std::vector<scene::RgbdFrame> list, scene::Trajectory poses, scene::Size size)
-        : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
-    {
-        std::vector<double> times;
-        for (std::size_t k = 0; k < list_.size(); k += options_.every) times.push_back(list_[k].colour.seconds);
-        nearest_ = track_camera::nearest_poses(times, poses_, scene::most_seconds_apart).of_picture;
-    }
-    std::size_t count() const { return nearest_.size(); }
-    std::optional<scene::Pose> truth(std::size_t k) const { return nearest_[k] ? std::optional(poses_[*nearest_[k]].pose) : std::nullopt; }
-    Seen take(std::size_t k) const
-    {
-        auto frame = list_[k * options_.every];
-        if (!options_.depth) frame.depth.file.clear();
-        auto photo = track_camera::read_photo(frame, size_, options_.depth_levels);
-        return {frame.colour.seconds, std::move(photo.colour), std::move(photo.depth), truth(k)};
-    }
-
-private:
-    Options const& options_;
-    std::vector<scene::RgbdFrame> list_;
-    scene::Trajectory poses_;
-    scene::Size size_;
-    std::vector<std::optional<std::size_t>> nearest_; ///< the pose of each picture
-};
-
-/// Pictures that are rendered from the map and spoilt. With an open shutter, a picture is the mean of three poses.
-template <class Renderer>
-class Renderings {
-public:
-    Renderings(Options const& o, Renderer& renderer, track_camera::Path path, scene::Intrinsics const& lens)
-        : options_(o), renderer_(renderer), path_(std::move(path)), lens_(lens)
-    {
-        spoiling_.noise = o.noise;
-        spoiling_.shutter = o.shutter;
-        if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
-    }
-    std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.every - 1) / options_.every); }
-    scene::Pose truth(std::size_t k) const { return scene::pose_of(scene::make_camera(path_[std::uint64_t{k} * options_.every].pose, lens_)); }
-    Seen take(std::size_t k) const
-    {
-        auto const at = std::uint64_t{k} * options_.every;
-        auto const [seconds, pose] = path_[at];
-        auto target = renderer_.render(scene::make_camera(pose, lens_));
-        for (std::size_t i = 0; i < target.depth.values.size(); ++i) // no sensor measures what is half covered
-            if (target.alpha.values[i] < 0.5f) target.depth.values[i] = 0.0f;
-        if (spoiling_.shutter > 0.0) {
-            auto const step = velocity(at);
-            auto const three = track::shutter_poses(track::moved(pose, {-step.rho, -step.phi}), pose, track::moved(pose, step), spoiling_.shutter);
-            std::vector<report::Image> pictures{renderer_.render(scene::make_camera(three[0], lens_)).image, std::move(target.image), renderer_.render(scene::make_camera(three[2], lens_)).image};
-            target.image = track::mean_of(pictures);
-        }
-        track::spoil(target.image, target.depth, k, spoiling_, options_.threads);
-        return {seconds, std::move(target.image), std::move(target.depth), truth(k)};
-    }
-
-private:
-    /// The camera's motion in a frame's time: the mean of the steps to pose i and from it. So the middle of the exposure is the pose itself,
-    /// also where the steps jitter.
-    track::Twist velocity(std::uint64_t i) const
-    {
-        track::Twist sum;
-        double steps = 0.0;
-        auto const add = [&](scene::Pose const& to, double sign) {
-            auto const way = track::twist_between(path_[i].pose, to);
-            sum.rho += sign * way.rho;
-            sum.phi += sign * way.phi;
-            steps += 1.0;
-        };
-        if (i > 0) add(path_[i - 1].pose, -1.0);
-        if (i + 1 < path_.size()) add(path_[i + 1].pose, 1.0);
-        if (steps > 0.0) sum.rho /= steps, sum.phi /= steps;
-        return sum;
-    }
-
-    Options const& options_;
-    Renderer& renderer_;
-    track_camera::Path path_;
-    scene::Intrinsics lens_;
-    track::Spoiling spoiling_;
-};
 
 /// The median depth of what the picture shows. Throws `Error` if it shows nothing.
 double median_depth(tilemesh::RenderedFrame const& frame)
@@ -224,17 +92,6 @@ std::string paths(std::vector<scene::StampedPose> const& estimated, std::vector<
     return report::svg(plot);
 }
 
-/// A text as JSON has it.
-std::string json_text(std::string const& text)
-{
-    std::string out = "\"";
-    for (char const c : text) {
-        if (c == '"' || c == '\\') out += '\\';
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-    return out + '"';
-}
-
 /// The frames so far.
 struct Outcome {
     std::vector<scene::StampedPose> estimated, truth;
@@ -247,7 +104,7 @@ struct Outcome {
 };
 
 /// Tracks frame k. A frame that a part of the blocks lost is tracked again with all of them, from the same start.
-void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out, Printer& printer)
+void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out, Printer& printer)
 {
     auto& settings = evaluate.options();
     auto const begin = std::chrono::steady_clock::now();
@@ -288,7 +145,7 @@ void track_one(Options const& o, std::size_t k, Seen seen, track::Tracker& track
 /// Writes the trajectories, the plot and the report, and prints the summary.
 void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, std::array<double, 3> const& origin, Printer& printer)
 {
-    auto const estimated = in_file_coordinates(out.estimated, origin), truth = in_file_coordinates(out.truth, origin);
+    auto const estimated = shared::in_file_coordinates(out.estimated, origin), truth = shared::in_file_coordinates(out.truth, origin);
     report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
     if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
     report::write_whole(o.out / "paths.svg", paths(estimated, truth));
@@ -381,7 +238,7 @@ int run(Options const& o)
     Printer printer(o.quiet, "the trajectory is written; --quiet prints errors only");
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
-    auto const size = o.photos ? track_camera::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
+    auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     auto const map = o.map ? scene::load_map(*o.map, shared::codecs(), scene::FarMeans::moved) : scene::built_in_map();
     auto notes = map.notes;
     auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
@@ -390,13 +247,13 @@ int run(Options const& o)
     if (o.cameras) {
         std::vector<std::string> of_file;
         auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
-        add_notes(notes, *o.cameras, of_file);
+        shared::add_notes(notes, *o.cameras, of_file);
         auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, o.map ? o.map->stem().string() : "built-in"), map.origin);
         camera = scene::resized(chosen.front().camera, size.width, size.height);
         names_near = chosen.front().names_near;
     }
     auto lens = scene::lens_of(camera);
-    auto poses = poses_of(o, scene::pose_of(camera), map.origin, notes);
+    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
     auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!names_near) lens.near_depth = scene::near_for(map, first_view());
@@ -404,7 +261,7 @@ int run(Options const& o)
     auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
         notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
-    if (o.photos) add_notes(notes, *o.photos, scene::rgbd_notes(list));
+    if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);
     track_camera::prepare_outputs(o, track_camera::files_read(o, list, sized_by), static_cast<std::size_t>(frames));
@@ -413,14 +270,21 @@ int run(Options const& o)
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
         bool const has_truth = !poses.empty();
-        Photos const source{o, std::move(list), std::move(poses), size};
+        shared::Photos const source{o, std::move(list), std::move(poses), size};
         std::size_t known = 0;
         for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
         if (has_truth && known == 0)
             throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
         return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), printer);
     }
-    Renderings const source{o, renderer, o.trajectory ? track_camera::Path{std::move(poses)} : track_camera::Path{scene::pose_of(camera), rendered}, lens};
+    auto const seen_from = [&](splat::Camera const& at) {
+        auto shown = renderer.render(at);
+        for (std::size_t i = 0; i < shown.depth.values.size(); ++i) // no sensor measures what is half covered
+            if (shown.alpha.values[i] < 0.5f) shown.depth.values[i] = 0.0f;
+        return shared::RgbdPhoto{std::move(shown.image), std::move(shown.depth)};
+    };
+    auto path = o.trajectory ? shared::CameraPath{std::move(poses)} : shared::CameraPath{scene::pose_of(camera), rendered};
+    shared::Renderings const source{o, seen_from, std::move(path), lens};
     return track_all(o, source, renderer, map, lens, size, source.truth(0), printer);
 }
 

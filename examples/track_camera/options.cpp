@@ -53,6 +53,7 @@ tilemesh::scene::Size size(std::string_view option, std::string_view text)
 std::optional<Options> options_of(int argc, char** argv)
 {
     Options o;
+    o.without_depth = ", or use --no-depth";
     for (int i = 1; i < argc; ++i) {
         std::string_view const name = argv[i];
         auto const value = [&] { return values.next(argc, argv, i); };

@@ -46,6 +46,7 @@
 #include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/compare.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/loss.hpp>
 #include <tilemesh/splat/map/operations.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
@@ -261,6 +262,16 @@ MAP_KERNEL(find_goals, FindGoals)
 MAP_KERNEL(start_rest, StartRest)
 MAP_KERNEL(offer_room, OfferRoom<splat::map::SecondMomentByKind>)
 MAP_KERNEL(move_records, MoveRecords<splat::map::SecondMomentByKind>)
+// What a program that grows the map is made of: the cell of a keyframe, and what goes.
+extern "C" bool map_insert(splat::map::CellSums& sums, splat::TargetPixel const& target, splat::map::ShownPixel const& shown, splat::Camera const& camera,
+                           splat::map::CellGrid const& grid, std::uint32_t cell, splat::Gaussian& to) noexcept
+{
+    sums.add(target, shown);
+    splat::map::InsertRules const rules{};
+    if (!sums.wants_gaussian(rules)) return false;
+    to = splat::map::gaussian_of_cell(sums, camera, grid, cell % grid.columns, cell / grid.columns, 1, rules);
+    return !splat::map::is_removed(to, splat::map::RemoveRules{}, 1.0f);
+}
 
 // The kernels of a setup without routing (Still), and of one without routing and bloom (Alone).
 KERNEL(still, project, Still, Project)

@@ -48,6 +48,8 @@ for program in "$@"; do
     (exec timeout 60 "$program" --help </dev/null) >help 2>&1
     words=$(grep -oE -e '--[a-z][a-z-]* ([A-Z]+)' help | sort -u)
     options=$(echo "$words" | cut -d ' ' -f 1 | sort -u)
+    map=map.ply
+    [ "$short" != slam ] || map="--render map.ply" # its map is an option
     if [ -z "$maps" ]; then
         there bytes
         for option in $options; do prints_text --quick "$option" "$name/x"; done
@@ -56,11 +58,11 @@ for program in "$@"; do
         small=
         [ -z "$options" ] || small="--size 64x48" # a program with options knows this one
         there nothing
-        for option in $options; do prints_text map.ply $small "$option" "$name"; done
+        for option in $options; do prints_text $map $small "$option" "$name"; done
         for kind in bytes folder map empty; do
             for option in $(echo "$words" | grep -E ' (FILE|DIR)$' | cut -d ' ' -f 1); do
                 there $kind
-                prints_text map.ply $small "$option" "$name"
+                prints_text $map $small "$option" "$name"
             done
             for file in "$name" "$name/x" "$name.ply" "$name.spz"; do
                 there $kind

@@ -284,6 +284,14 @@ if [ -x "$examples/track_camera" ]; then # with two small pictures
         "$examples/track_camera" $arguments --frames 2 --size 320x240 --quiet >out 2>&1 </dev/null || fail "track_camera $arguments: $(cat out)"
     done <lines
 fi
+if [ -x "$examples/slam" ]; then
+    grep -hE '^(build/demo/examples/)?slam --out' "$work/commands" >lines
+    while read -r _ arguments; do
+        runs=$((runs + 1))
+        # shellcheck disable=SC2086
+        "$examples/slam" $arguments --frames 2 --size 96x54 --quiet >out 2>&1 </dev/null || fail "slam $arguments: $(cat out)"
+    done <lines
+fi
 [ "$runs" -ge 10 ] || fail "only $runs commands were found in the README files"
 
 # --- outputs -----------------------------------------------------------------------------------

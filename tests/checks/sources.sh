@@ -42,6 +42,8 @@ refuse "track/ includes track/, render/, engine/, scene/, report/, splat/ and be
     "$(ours track/ 'track/|render/|engine/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
 refuse "mapping/ includes mapping/, engine/, report/, scene/, splat/ and below, error.hpp and joined_threads.hpp" \
     "$(ours mapping/ 'mapping/|engine/|report/|scene/|splat/|machine/|config\.hpp|error\.hpp|joined_threads\.hpp')"
+refuse "slam/ includes slam/, mapping/, track/, scene/, report/, splat/ and below, and error.hpp" \
+    "$(ours slam/ 'slam/|mapping/|track/|scene/|report/|splat/|machine/|config\.hpp|error\.hpp')"
 refuse "codelets include machine/, config.hpp and codelets" "$(ours "$codelet_code" "$codelet_code|machine/|config\.hpp")"
 refuse "poplar/ includes poplar/, engine/, machine/, config.hpp and error.hpp" \
     "$(ours poplar/ 'poplar/|engine/|machine/|config\.hpp|error\.hpp')"
@@ -62,7 +64,7 @@ refuse "machine/ and engine/ know no splatting, in comments either" "$(grep -niE
 # shellcheck disable=SC2086
 detail=$(grep -HoE '(([a-z_]+::)*|\b)(model_)?detail::[A-Za-z_]+' $all |
     sed -E 's/:(::)?tilemesh::/:tilemesh::/' | sort -u)
-owners='engine|mpi|splat|scene|render|report|track|mapping'
+owners='engine|mpi|splat|scene|render|report|track|mapping|slam'
 refuse "a part's detail is its own" "$(printf '%s\n' "$detail" | grep -E "^[^:]*:(tilemesh::)?($owners|on_poplar|model_detail|tilemesh::model_detail)::" |
     grep -vE '^([a-z]+)/[^:]*:(tilemesh::)?\1::detail::|^poplar/[^:]*:(tilemesh::)?on_poplar::detail::|^model/[^:]*:(tilemesh::)?model_detail::' || true)"
 refuse "tilemesh::detail is for machine/ and the headers beside the folders" \
@@ -111,9 +113,9 @@ done
 refuse "README.md: public headers twice" "$(printf '%s\n' "$public" | sort | uniq -d)"
 refuse "README.md: public headers that are not there" "$(printf '%s\n' "$public" | grep -vxF "$all" || true)"
 refuse "README.md: public headers that tilemesh.hpp does not include" \
-    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mapping|mpi|poplar)/.*" | grep -vxF "$reached" || true)"
+    "$(printf '%s\n' "$public" | grep -vxE "$json|$codecs|(mapping|mpi|poplar|slam)/.*" | grep -vxF "$reached" || true)"
 refuse "README.md: not among the public headers" "$({
-    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|mapping|model|report|scene|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|$inside)\.hpp"
+    printf '%s\n' "$all" | grep -E '^[a-z_]+\.hpp$|^(machine|mapping|model|report|scene|slam|track)/[a-z_]+\.hpp$' | grep -vxE "(joined_threads|$inside)\.hpp"
     find ../../examples ../../tests/consumers -path ../../examples/c -prune -o -name '*.?pp' -exec sed -nE 's/^ *#include <tilemesh\/(.*)>$/\1/p' {} +
     } | sort -u | grep -vxF "$public" || true)"
 

@@ -90,6 +90,94 @@ TEST_CASE("refiner: the second moment by kind gives equal maps after 24 steps ov
     check_equal_maps<SecondMomentByKind>();
 }
 
+namespace {
+/// The map after steps between which Gaussians come and go, in the order of the ids.
+template <class Optimiser>
+std::vector<splat::Gaussian> after_growth(scene::Map map, support::mapping::Views const& views, splat::TileSize tile, std::uint32_t threads,
+                                          bool reversed)
+{
+    auto later = std::vector<splat::Gaussian>(map.gaussians.begin() + 60, map.gaussians.end());
+    map.gaussians.resize(60);
+    if (reversed) {
+        std::reverse(map.gaussians.begin(), map.gaussians.end());
+        std::reverse(later.begin(), later.end());
+    }
+    mapping::RefineOptions o;
+    o.view = {tile, threads, {1, 0.5f, 0.05f, 0, 4}};
+    mapping::Refiner<Optimiser> refiner(std::move(map), o);
+    std::uint32_t step = 0;
+    auto const steps = [&] {
+        for (int i = 0; i < 6; ++i, ++step) refiner.step(views.cameras[step % 4], views.targets[step % 4], splat::map::usual_rates(2));
+    };
+    steps();
+    refiner.add(later);
+    steps();
+    CHECK(refiner.remove_if([](splat::Gaussian const& g) { return static_cast<std::uint32_t>(g.id) % 3 == 0; }) == 40);
+    steps();
+    CHECK(refiner.map().gaussians.size() == 80);
+    CHECK(refiner.states().size() == 80);
+    auto out = refiner.map().gaussians;
+    std::sort(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
+    return out;
+}
+template <class Optimiser>
+void check_growth()
+{
+    auto const truth = small_cloud(120, 3);
+    auto const views = support::mapping::views_of(truth, turned_lenses(77, 51));
+    auto const start = support::mapping::spoilt(truth, 2, 5);
+    auto const first = after_growth<Optimiser>(start, views, {32, 20}, 1, false);
+    std::uint32_t moved = 0;
+    for (auto const& g : first) {
+        auto const id = static_cast<std::uint32_t>(g.id);
+        CHECK(id % 3 != 0);
+        moved += std::memcmp(&g, &start.gaussians[id - 1], sizeof g) != 0;
+    }
+    CHECK(moved > 40);
+    for (auto const& other :
+         {after_growth<Optimiser>(start, views, {16, 5}, 2, false), after_growth<Optimiser>(start, views, {80, 55}, 3, true)})
+        CHECK(std::memcmp(first.data(), other.data(), first.size() * sizeof first[0]) == 0);
+}
+} // namespace
+
+TEST_CASE("refiner: a map that grows and shrinks between steps has equal bits over tilings, threads and orders")
+{
+    check_growth<Adam>();
+    check_growth<SecondMomentByKind>();
+}
+
+TEST_CASE("refiner: who stays keeps its state and harmonics, and who comes has seen no step")
+{
+    auto map = support::map_of({support::ball(1, 10, 12, 4, 0.8f), support::ball(2, 20, 12, 4, 0.8f), support::ball(3, 30, 12, 4, 0.8f)});
+    map.sh_degree = 1;
+    for (int i = 0; i < 27; ++i) map.harmonics.push_back(static_cast<float>(i));
+    auto const camera = support::flat_camera(40, 25);
+    mapping::Target const grey{40, 25, std::vector<splat::TargetPixel>(1000, {{0.5f, 0.5f, 0.5f}, 0})};
+    mapping::Refiner<Adam> refiner(map);
+    for (int i = 0; i < 3; ++i) refiner.step(camera, grey, {0, 0, 0, 0, 0.02f});
+    auto const before = refiner.states();
+    auto const third = refiner.map().gaussians[2];
+    CHECK(refiner.remove_if([](splat::Gaussian const& g) { return static_cast<std::uint32_t>(g.id) == 2; }) == 1);
+    REQUIRE(refiner.states().size() == 2);
+    CHECK(std::memcmp(&refiner.states()[1], &before[2], sizeof before[2]) == 0);
+    CHECK(std::memcmp(&refiner.map().gaussians[1], &third, sizeof third) == 0);
+    CHECK(refiner.map().harmonics == std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 8, 18, 19, 20, 21, 22, 23, 24, 25, 26});
+    std::vector<splat::Gaussian> const more{support::ball(7, 20, 20, 4, 0.8f)};
+    refiner.add(more);
+    REQUIRE(refiner.map().gaussians.size() == 3);
+    CHECK(refiner.states()[2].steps == 0);
+    CHECK(refiner.map().harmonics.size() == 27);
+    CHECK(refiner.map().harmonics.back() == 0);
+    refiner.step(camera, grey, {0, 0, 0, 0, 0.02f});
+    CHECK(refiner.states()[2].steps == 1);
+    CHECK(refiner.states()[1].steps == 4);
+    refiner.add({});
+    CHECK(refiner.remove_if([](splat::Gaussian const&) { return true; }) == 3);
+    CHECK(refiner.step(camera, grey, {0, 0, 0, 0, 0.02f}).pixels == 1000); // an empty map, and a pixel that nothing covers
+    auto const seen = refiner.render(camera);
+    CHECK(*std::max_element(seen.cover.values.begin(), seen.cover.values.end()) == 0);
+}
+
 TEST_CASE("refiner: a spoilt map becomes better, and the views' pictures are the naive ones")
 {
     auto const truth = small_cloud(60, 9);

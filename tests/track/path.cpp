@@ -1,4 +1,4 @@
-#include "../../examples/track_camera/path.hpp"
+#include "../../examples/shared/camera_path.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,8 +13,8 @@
 #include <vector>
 
 namespace scene = tilemesh::scene;
-using track_camera::nearest_poses;
-using track_camera::Path;
+using shared::CameraPath;
+using shared::nearest_poses;
 
 TEST_SUITE_BEGIN("track/path");
 
@@ -86,7 +86,7 @@ TEST_CASE("a hand-held motion of 10^12 poses costs nothing until a pose is asked
 {
     scene::Pose first;
     first.position = {1, 2, 3};
-    Path const path{first, std::uint64_t{1'000'000} * 1'000'000};
+    CameraPath const path{first, std::uint64_t{1'000'000} * 1'000'000};
     CHECK(path.size() == 1'000'000'000'000);
     CHECK(path[0].seconds == 0.0);
     CHECK(path[0].pose.position == first.position);
@@ -104,7 +104,7 @@ TEST_CASE("a path of a trajectory has its poses")
 {
     auto poses = poses_at({3, 1, 2});
     poses[1].pose.position = {4, 5, 6};
-    Path const path{poses};
+    CameraPath const path{poses};
     CHECK(path.size() == 3);
     CHECK(path[0].seconds == 3.0);
     CHECK(path[1].pose.position == glm::dvec3{4, 5, 6});

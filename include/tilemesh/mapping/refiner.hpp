@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
@@ -49,7 +50,7 @@ inline void expect_refinable(splat::Rules const& rules)
 ///
 /// After the same steps, the map has the same bits for any tile of whole blocks, any number of threads, and every compiler that fuses
 /// multiply_add alike. `Optimiser` is a policy of splat/map/optimise.hpp; harmonics have `splat::map::HarmonicsStep`. The mean's pull
-/// through the direction of its harmonics is left out. No Gaussian is added or removed.
+/// through the direction of its harmonics is left out. A step adds and removes no Gaussian; `add` and `remove_if` do.
 ///
 /// A Gaussian with a degenerate record (`splat::map::chain_rule`) does not move. Throws `Error` as `ViewSums`, and for rules with
 /// `Coverage::preserved`.
@@ -104,6 +105,38 @@ public:
         return fit;
     }
 
+    /// Adds Gaussians behind all others, with optimiser states that have seen no step; their harmonics are 0. Their ids must be new: ids
+    /// break ties of depth, so with equal ids bits would depend on the order of the records.
+    void add(std::span<splat::Gaussian const> more)
+    {
+        map_.gaussians.insert(map_.gaussians.end(), more.begin(), more.end());
+        resize(map_.gaussians.size());
+    }
+    /// Removes each Gaussian g for which `goes(g)` is true, with its harmonics and optimiser state. All others keep theirs, their ids and
+    /// their order. Returns how many went.
+    template <class Goes>
+    std::size_t remove_if(Goes const& goes)
+    {
+        std::size_t const words = harmonics_a_row();
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < map_.gaussians.size(); ++i) {
+            if (goes(std::as_const(map_.gaussians[i]))) continue;
+            if (kept != i) {
+                map_.gaussians[kept] = map_.gaussians[i];
+                states_[kept] = states_[i];
+                if (words != 0) {
+                    harmonics_[kept] = harmonics_[i];
+                    std::copy_n(map_.harmonics.data() + words * i, words, map_.harmonics.data() + words * kept);
+                }
+            }
+            ++kept;
+        }
+        auto const gone = map_.gaussians.size() - kept;
+        map_.gaussians.resize(kept);
+        resize(kept);
+        return gone;
+    }
+
     scene::Map const& map() const noexcept { return map_; }
     RefineOptions const& options() const noexcept { return options_; }
     std::vector<State> const& states() const noexcept { return states_; }
@@ -118,6 +151,16 @@ private:
         detail::in_parallel(options_.view.threads, parts(), [&](std::size_t part) noexcept {
             for (std::size_t i = part * part_size; i < map_.gaussians.size() && i < (part + 1) * part_size; ++i) f(i);
         });
+    }
+
+    std::size_t harmonics_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(map_.sh_degree)}; }
+    void resize(std::size_t n)
+    {
+        states_.resize(n);
+        splats_.resize(n);
+        if (map_.sh_degree == 0) return;
+        harmonics_.resize(n);
+        map_.harmonics.resize(n * harmonics_a_row());
     }
 
     void project(splat::View const& view)

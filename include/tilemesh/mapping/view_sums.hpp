@@ -35,10 +35,11 @@ struct Fit {
     /// Peak signal-to-noise ratio for colours of 0 to 1; infinite for equal pictures.
     double psnr_db() const noexcept;
 };
-/// A picture as blending gave it: colour on the background, depth (0 where splats cover at most half of the pixel).
+/// A picture as blending gave it: colour on the background, depth (0 where splats cover at most half of the pixel), and the share of each
+/// pixel that splats cover.
 struct Seen {
     report::Image colour;
-    report::Plane depth;
+    report::Plane depth, cover;
 };
 
 /// How a frame is cut and computed. The sums have the same bits for any tile of whole blocks (`splat::map::has_whole_blocks`) and any

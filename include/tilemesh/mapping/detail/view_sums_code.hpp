@@ -132,6 +132,7 @@ inline void ViewSums::show(splat::map::BlendedBlock const& block, float const (&
             auto const p = splat::map::pixel_of(block, x, y);
             for (int c = 0; c < 3; ++c) to.colour.pixel(x, y)[c] = multiply_add(p.transmittance, background[c], p.rgb[c]);
             float const covered = 1.0f - p.transmittance;
+            to.cover.at(x, y) = covered;
             to.depth.at(x, y) = covered > splat::map::least_covered ? p.depth / covered : 0.0f;
         }
 }
@@ -149,7 +150,9 @@ inline Fit ViewSums::run(std::span<splat::Splat const> splats, std::span<splat::
     std::uint32_t const across = (camera.width + splat::block_width - 1) / splat::block_width,
         down = (camera.height + splat::block_height - 1) / splat::block_height;
     losses_.assign(std::size_t{across} * down, {});
-    if (seen != nullptr) *seen = {report::Image(camera.width, camera.height), report::Plane(camera.width, camera.height)};
+    if (seen != nullptr)
+        *seen = {report::Image(camera.width, camera.height), report::Plane(camera.width, camera.height),
+                 report::Plane(camera.width, camera.height)};
     while (workspaces_.size() < options_.threads) workspaces_.push_back(std::make_unique<Workspace>());
 
     std::atomic<std::uint32_t> arrived{0};

@@ -11,14 +11,14 @@
 #include <utility>
 #include <vector>
 
-namespace track_camera {
+namespace shared {
 
 /// The poses of the camera of rendered pictures: those of a trajectory, or a hand-held motion of about 1 degree and 1 cm a pose. The motion
 /// is a formula, so a pose costs nothing until it is asked for, however many there are.
-class Path {
+class CameraPath {
 public:
-    explicit Path(tilemesh::scene::Trajectory poses) : size_(poses.size()), poses_(std::move(poses)) {}
-    Path(tilemesh::scene::Pose const& first, std::uint64_t size) : size_(size), first_(first) {}
+    explicit CameraPath(tilemesh::scene::Trajectory poses) : size_(poses.size()), poses_(std::move(poses)) {}
+    CameraPath(tilemesh::scene::Pose const& first, std::uint64_t size) : size_(size), first_(first) {}
     std::uint64_t size() const { return size_; }
     tilemesh::scene::StampedPose operator[](std::uint64_t k) const
     {
@@ -64,4 +64,4 @@ inline NearestPoses nearest_poses(std::vector<double> const& times, tilemesh::sc
     return out;
 }
 
-} // namespace track_camera
+} // namespace shared

@@ -1,0 +1,66 @@
+#include "rgbd_photo.hpp"
+#include "picture_input.hpp"
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <tilemesh/error.hpp>
+
+namespace shared {
+
+namespace fs = std::filesystem;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+using tilemesh::Error;
+
+namespace {
+
+/// Is a PNG grey with 16 bits? Its header has the bits at byte 24 and the kind of colour at byte 25, 0 for grey (PNG specification, 11.2.1).
+bool is_grey_of_16_bits(fs::path const& path, std::string const& or_else)
+{
+    std::array<char, 26> head{};
+    errno = 0;
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const file(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (!file && errno == ENOMEM) throw std::bad_alloc();
+    if (!file)
+        throw Error(path.string() + " cannot be opened (" + std::generic_category().message(errno) + "); make it readable" + or_else);
+    return std::fread(head.data(), 1, head.size(), file.get()) == head.size() && std::string_view(head.data() + 1, 3) == "PNG" &&
+           head[24] == 16 && head[25] == 0;
+}
+
+} // namespace
+
+scene::Size size_of(scene::RgbdFrame const& frame)
+{
+    return picture_size(frame.colour.file);
+}
+
+RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double levels, std::string const& or_else)
+{
+    auto const require_size = [&](fs::path const& file) {
+        if (auto const own = picture_size(file); own.width != size.width || own.height != size.height)
+            throw Error(file.string() + " has " + std::to_string(own.width) + " x " + std::to_string(own.height) +
+                        " pixels (the first picture has " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+                        ", and a depth has its picture's size); give pictures of one size");
+    };
+    require_size(frame.colour.file);
+    RgbdPhoto out{read_picture(frame.colour.file, size, {}), {}};
+    if (frame.depth.file.empty()) return out;
+    require_size(frame.depth.file);
+    if (!is_grey_of_16_bits(frame.depth.file, or_else))
+        throw Error(frame.depth.file.string() + " is no depth (depths are grey PNG files of 16 bits); convert it" + or_else);
+    auto const picture = read_picture(frame.depth.file, size, {});
+    out.depth = report::Plane(size.width, size.height);
+    for (std::size_t i = 0; i < out.depth.values.size(); ++i)
+        out.depth.values[i] = static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
+    return out;
+}
+
+} // namespace shared

@@ -1,0 +1,363 @@
+// Makes a map from pictures with depth, and finds the camera's pose in each.
+#include "../shared/camera_path.hpp"
+#include "../shared/codecs.hpp"
+#include "../shared/printer.hpp"
+#include "../shared/process.hpp"
+#include "../shared/report_text.hpp"
+#include "../shared/rgbd_photo.hpp"
+#include "../shared/sequence.hpp"
+#include "../shared/sha256.hpp"
+#include "../shared/text.hpp"
+#include "options.hpp"
+#include "outputs.hpp"
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/map_file.hpp>
+#include <tilemesh/scene/named_camera.hpp>
+#include <tilemesh/scene/near_plane.hpp>
+#include <tilemesh/scene/ply_output.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/rgbd_list.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/slam/session.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/track/pose_update.hpp>
+#include <tilemesh/track/tracker.hpp>
+#include <tilemesh/track/trajectory_error.hpp>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace {
+
+namespace mapping = tilemesh::mapping;
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace slam = tilemesh::slam;
+namespace splat = tilemesh::splat;
+namespace track = tilemesh::track;
+using shared::json_text;
+using shared::number;
+using shared::Printer;
+using shared::rounded;
+using slam_program::Options;
+using tilemesh::Error;
+
+/// At most so many frames that are no keyframes are compared with the map in the end, evenly spaced.
+constexpr std::size_t most_compared = 100;
+
+/// What the run knows about a frame afterwards.
+struct Done {
+    double seconds;
+    scene::Pose pose;
+    track::Exposure exposure;
+    bool lost, keyframe;
+};
+/// The frames so far.
+struct Outcome {
+    std::vector<Done> done;
+    std::vector<scene::StampedPose> truth;
+    std::vector<scene::Pose> estimates, truths; ///< of the frames with a known truth
+    std::string frames, keyframes;              ///< of the report
+    double all_ms = 0.0, keyframe_ms = 0.0;
+    std::uint64_t evaluations = 0;
+    std::size_t lost = 0, keyframe_count = 0;
+    std::string first_loss; ///< why the first lost frame is lost
+};
+
+/// Gives frame k to the session.
+void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
+{
+    auto const begin = std::chrono::steady_clock::now();
+    auto const f = session.add({seen.seconds, std::move(seen.colour), std::move(seen.depth)});
+    double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    auto const& t = f.tracked;
+    bool const lost = t.verdict == track::Verdict::lost;
+    out.all_ms += ms;
+    out.evaluations += t.solution.evaluations;
+    if (lost && out.lost++ == 0) out.first_loss = t.why;
+    out.done.push_back({seen.seconds, t.pose, t.exposure, lost, f.keyframe.has_value()});
+    std::string errors = "null, \"translation_error\": null", off_by, mapped;
+    if (seen.truth) {
+        out.truths.push_back(*seen.truth);
+        out.estimates.push_back(t.pose);
+        out.truth.push_back({seen.seconds, *seen.truth});
+        double const degrees = glm::length(track::twist_between(*seen.truth, t.pose).phi) * 180.0 / 3.14159265358979323846;
+        double const off = glm::length(t.pose.position - seen.truth->position);
+        errors = number(degrees) + ", \"translation_error\": " + number(off);
+        off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
+    }
+    if (f.keyframe) {
+        auto const& key = *f.keyframe;
+        mapped = ", keyframe: " + std::to_string(key.inserted) + " new, " + std::to_string(key.removed) + " removed, " +
+                 std::to_string(key.gaussians) + " Gaussians";
+        out.keyframes += std::string(out.keyframe_count++ == 0 ? "" : ",\n") + "    {\"frame\": " + std::to_string(k) + ", \"seconds\": " +
+                         number(seen.seconds) + ", \"open_share\": " + number(f.open_share) + ", \"inserted\": " +
+                         std::to_string(key.inserted) + ", \"removed\": " + std::to_string(key.removed) + ", \"gaussians\": " +
+                         std::to_string(key.gaussians) + ", \"steps\": " + std::to_string(key.steps) + ", \"psnr_db\": " +
+                         number(key.psnr_db) + ", \"host_ms\": " + number(ms) + "}";
+        out.keyframe_ms += ms;
+    }
+    printer.say("frame " + std::to_string(k) + ": " + track::name_of(t.verdict) + (t.why.empty() ? "" : ", ") + t.why + ", " +
+                std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + "\n");
+    out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(t.verdict) + "\", \"why\": " +
+                  json_text(t.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(t.solution.evaluations) +
+                  ", \"mean_cost\": " + number(t.mean_cost) + ", \"keyframe\": " + (f.keyframe ? "true" : "false") + ", \"host_ms\": " +
+                  number(ms) + ", \"rotation_error_deg\": " + errors + "}";
+}
+
+/// A view to compare the map with, after the last frame.
+struct Compared {
+    splat::Camera camera;
+    mapping::Target target;
+};
+/// The mean PSNR of frames that are no keyframes. `view(k)` gives nothing for a frame that cannot be compared.
+template <class View>
+double mean_psnr(slam::Session& session, Outcome const& out, std::size_t& compared, View const& view)
+{
+    std::vector<std::size_t> others;
+    for (std::size_t k = 0; k < out.done.size(); ++k)
+        if (!out.done[k].keyframe) others.push_back(k);
+    std::size_t const step = others.size() / most_compared + 1;
+    double sum = 0;
+    for (std::size_t i = 0; i < others.size(); i += step)
+        if (auto const one = view(others[i])) {
+            sum += session.mapper().measure(one->camera, one->target).psnr_db();
+            ++compared;
+        }
+    return compared != 0 ? sum / static_cast<double>(compared) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// What the summary says besides the frames.
+struct Facts {
+    double scale;
+    std::array<double, 3> origin;
+};
+/// Writes the map and the trajectories, then compares, and writes the report.
+template <class View>
+void write_all(Options const& o, slam::Session& session, Outcome const& out, Facts const& facts, View const& view, Printer& printer)
+{
+    auto const bytes = scene::ply_bytes(session.map());
+    report::write_whole(o.out / "map.ply", bytes);
+    std::vector<scene::StampedPose> estimated;
+    for (auto const& d : out.done) estimated.push_back({d.seconds, d.pose});
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(shared::in_file_coordinates(std::move(estimated), facts.origin)));
+    if (!out.truth.empty())
+        report::write_whole(o.out / "truth.tum", scene::tum_text(shared::in_file_coordinates(out.truth, facts.origin)));
+
+    std::size_t compared = 0;
+    double const psnr = mean_psnr(session, out, compared, view), frames = static_cast<double>(out.done.size());
+    std::string errors;
+    if (!out.truths.empty()) {
+        auto const e = track::trajectory_errors(out.estimates, out.truths);
+        errors = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " +
+                 number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) + ", \"rotation_rmse_deg\": " +
+                 number(e.rotation_deg.rmse) + ", ";
+        printer.say("ATE " + rounded(e.ate.rmse) + " world units (" + rounded(e.ate.rmse / facts.scale) + " of the median depth), " +
+                    rounded(e.rotation_deg.rmse) + " degrees\n");
+    }
+    auto const gaussians = session.map().gaussians.size();
+    if (o.report)
+        report::write_whole(
+            *o.report, "{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"keyframes\": [\n" + out.keyframes +
+                           "\n  ],\n  \"summary\": {" + errors + "\"median_depth\": " + number(facts.scale) + ", \"frames\": " + std::to_string(out.done.size()) +
+                           ", \"frames_lost\": " + std::to_string(out.lost) + ", \"keyframes\": " + std::to_string(out.keyframe_count) +
+                           ", \"psnr_db\": " + number(psnr) + ", \"frames_compared\": " + std::to_string(compared) + ", \"gaussians\": " +
+                           std::to_string(gaussians) + ", \"optimiser\": \"" + slam::name_of(o.optimiser) + "\", \"map_sha256\": \"" +
+                           shared::sha256(bytes) + "\", \"evaluations\": " + std::to_string(out.evaluations) + ", \"keyframe_host_ms\": " +
+                           number(out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count))) +
+                           ", \"host_ms_per_frame\": " + number(out.all_ms / frames) + "}\n}\n");
+    printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
+                " keyframes, " + std::to_string(gaussians) + " Gaussians; " + rounded(psnr) + " dB in " + std::to_string(compared) +
+                " other frames; " + rounded(out.all_ms / frames) + " ms a frame\n");
+    printer.say(shared::one_line((o.out / "map.ply").string()) + " has the map\n");
+}
+
+/// Says on standard error how a run ended that is not as it was asked for, and returns the exit status: 128 and the signal after an
+/// interrupt, 2 if something could not be printed, 1 if every frame that was tracked is lost.
+int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer const& printer)
+{
+    auto const count = out.done.size();
+    auto const say = [](std::string const& text) { std::cerr << shared::one_line(text) << std::endl; };
+    // The first frame of an empty map is where the camera says it is.
+    auto const tracked = count - (count != 0 && !o.map ? 1 : 0);
+    bool const all_lost = tracked != 0 && out.lost == tracked;
+    if (all_lost) {
+        auto const end = out.first_loss.find("; "); // the reason may name a remedy of its own
+        say((tracked == 1 ? std::string("the only frame that was tracked is lost")
+                          : "all " + std::to_string(tracked) + " frames that were tracked are lost") +
+            " (the first: " + out.first_loss.substr(0, end) + "); " +
+            (end == std::string::npos ? "take pictures that are closer together" : out.first_loss.substr(end + 2)));
+    }
+    if (printer.problem) say(*printer.problem);
+    if (auto const signal = shared::interrupt(); signal != 0 && count < frames) {
+        auto const of = " of " + std::to_string(frames) + " (" + shared::signal_name(signal) + "); ";
+        say(count == 0 ? "interrupted before frame 1" + of + "nothing is written, start again"
+                       : "interrupted after frame " + std::to_string(count) + of + (o.out / "map.ply").string() +
+                             " has the map of these frames, start again for the rest");
+        return 128 + signal;
+    }
+    return printer.problem ? 2 : all_lost ? 1 : 0;
+}
+
+/// Tracks and maps the frames of `source`, from `start`, and writes what the command line asks for. After an interrupt, and after an error,
+/// it writes everything about the frames before; then it throws the error. Returns the exit status.
+template <class Source, class View>
+int map_all(Options const& o, Source const& source, scene::Map map, scene::Intrinsics const& lens, scene::Pose const& start,
+            View const& view, Printer& printer)
+{
+    auto const count = std::min<std::size_t>(source.count(), o.frames);
+    auto const take = [&](std::size_t k) {
+        auto seen = source.take(k); // whole, or not at all
+        if (seen.depth.empty()) seen.depth = report::Plane(seen.colour.width, seen.colour.height);
+        return seen;
+    };
+    auto first = take(0);
+    Facts const facts{slam::median_depth(first.depth), map.origin};
+    if (!(facts.scale > 0))
+        throw Error("the first picture has no known depth (a map needs depths); begin with a picture that has them, or change "
+                    "--depth-scale");
+
+    slam::SessionOptions how;
+    how.mapper.optimiser = o.optimiser;
+    how.mapper.steps = o.steps;
+    how.mapper.first_steps = 2 * o.steps;
+    how.mapper.insert.cell = o.cell;
+    how.mapper.threads = o.threads;
+    how.tracker.method = o.method;
+    how.keyframe_every = o.keyframe_every;
+    how.most_open = o.most_open;
+    how.with_exposure = o.photos || (o.noise > 0.0 && o.gain_drift > 0.0);
+    slam::Session session(std::move(map), lens, facts.scale, start, how);
+
+    Outcome out;
+    auto const write = [&] {
+        write_all(o, session, out, facts, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
+    };
+    try {
+        for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k)
+            add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
+    } catch (...) {
+        if (out.done.empty()) throw;
+        try {
+            write();
+        } catch (...) { // the first error is the one to report
+        }
+        throw;
+    }
+    if (shared::interrupt() == 0) {
+        auto const begin = std::chrono::steady_clock::now();
+        auto const steps = std::min<std::uint64_t>(std::uint64_t{o.finish} * out.keyframe_count, 1'000'000'000);
+        session.mapper().refine(static_cast<std::uint32_t>(steps));
+        out.all_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    }
+    if (!out.done.empty()) write();
+    return end_of(o, out, count, printer);
+}
+
+scene::Map load(std::filesystem::path const& file, std::vector<std::string>& notes)
+{
+    auto map = scene::load_map(file, shared::codecs(), scene::FarMeans::moved);
+    for (auto const& note : map.notes) notes.push_back(note);
+    return map;
+}
+
+int run(Options const& o)
+{
+    Printer printer(o.quiet, "the map is written; --quiet prints errors only");
+    std::vector<std::string> notes;
+    std::vector<scene::RgbdFrame> list;
+    if (o.photos) list = scene::load_rgbd(*o.photos);
+    auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{320, 240});
+    auto world = o.photos ? scene::Map{} : o.render ? load(*o.render, notes) : scene::built_in_map();
+    auto map = o.map ? load(*o.map, notes) : scene::Map{};
+    if (!o.photos && o.map && map.origin != world.origin)
+        throw Error(o.map->string() + " is not where the map to render is (their origins are apart); take maps of one place");
+    if (!o.map) map.origin = world.origin;
+    auto const& shown = o.photos ? map : world; // what a near plane may hide
+    auto camera = o.photos || o.render ? scene::frame_whole(shown, size) : scene::built_in_camera(size);
+    std::vector<std::filesystem::path> sized_by;
+    bool names_near = !o.photos;
+    if (o.cameras) {
+        std::vector<std::string> of_file;
+        auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
+        shared::add_notes(notes, *o.cameras, of_file);
+        auto const name = o.render ? o.render->stem().string() : o.map ? o.map->stem().string() : "built-in";
+        auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, name), map.origin);
+        camera = scene::resized(chosen.front().camera, size.width, size.height);
+        names_near = chosen.front().names_near;
+    }
+    auto lens = scene::lens_of(camera);
+    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
+    if (o.near_depth) lens.near_depth = *o.near_depth;
+    else if (!names_near)
+        lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
+    if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
+    slam_program::prepare_outputs(o, slam_program::files_read(o, list, sized_by));
+    for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
+
+    if (o.photos) {
+        bool const has_truth = !poses.empty();
+        shared::Photos const source{o, std::move(list), std::move(poses), size};
+        std::size_t known = 0;
+        for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
+        if (has_truth && known == 0)
+            throw Error(o.trajectory->string() +
+                        " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
+        if (!o.near_depth && !names_near && map.gaussians.empty()) // a near plane as `scene::near_for` gives it where there is a map
+            if (auto const depth = slam::median_depth(source.take(0).depth); depth > 0)
+                lens.near_depth = std::min(lens.near_depth, static_cast<float>(depth / 10));
+        // A photograph is compared at the pose that was found, without the exposure that was found.
+        auto const view = [&](std::size_t k, Done const& d) -> std::optional<Compared> {
+            if (d.lost) return std::nullopt;
+            auto target = mapping::make_target(source.take(k).colour);
+            auto const per_gain = static_cast<float>(std::exp(-d.exposure.log_gain)), offset = static_cast<float>(d.exposure.offset);
+            for (auto& p : target.pixels)
+                for (float& v : p.rgb) v = (v - offset) * per_gain;
+            return Compared{scene::make_camera(d.pose, lens), std::move(target)};
+        };
+        return map_all(o, source, std::move(map), lens, source.truth(0).value_or(scene::pose_of(camera)), view, printer);
+    }
+    slam::Mapper true_map(std::move(world), 1, {.threads = o.threads}); // it renders
+    auto const seen_from = [&](splat::Camera const& at) {
+        auto seen = true_map.render(at);
+        return shared::RgbdPhoto{std::move(seen.colour), std::move(seen.depth)};
+    };
+    auto path = o.trajectory ? shared::CameraPath{std::move(poses)}
+                             : shared::CameraPath{scene::pose_of(camera), std::uint64_t{o.frames} * o.every};
+    shared::Renderings const source{o, seen_from, std::move(path), lens};
+    // A rendered picture is compared at its true pose, before it was spoilt.
+    auto const view = [&](std::size_t k, Done const&) -> std::optional<Compared> {
+        return Compared{scene::make_camera(source.truth(k), lens), mapping::make_target(source.clean(k).colour)};
+    };
+    return map_all(o, source, std::move(map), lens, source.truth(0), view, printer);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return shared::run_softly("slam", [&] {
+        auto const options = slam_program::options_of(argc, argv);
+        if (!options) return 0;
+        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
+        return run(*options);
+    });
+}

@@ -1,0 +1,117 @@
+#include "options.hpp"
+#include "../shared/option_values.hpp"
+#include "../shared/output_files.hpp"
+#include <iostream>
+#include <string_view>
+#include <tilemesh/error.hpp>
+#include <tilemesh/scene/trajectory.hpp>
+
+namespace slam_program {
+
+namespace {
+
+using tilemesh::Error;
+
+constexpr char const* help = R"(usage: slam [--photos DIR | --render MAP] [OPTION VALUE]...
+Makes a map from pictures with depth, and finds the camera's pose in each: no map is needed. The same command writes the same map, byte for
+byte, whatever the number of threads.
+  --photos DIR               real pictures with depth: a folder of the TUM RGB-D benchmark, or an association file
+  --render MAP               views of this map, spoilt as a camera would [of the built-in map]
+  --map MAP                  start from this map [an empty one]
+  --cameras FILE             a camera file, for the lens and the first pose
+  --camera [SCENE/]NAME      the camera of that file
+  --trajectory FILE          poses, camera to world: TUM, EuRoC, KITTI or Replica; with --photos, the truth [a hand-held motion]
+  --trajectory-format NAME   the form of that file: tum, euroc, kitti or replica [the file tells it]
+  --relative                 apply the trajectory's motion from its first pose to the camera
+  --near D                   the near plane in world units [the file's; 0.2, or a tenth of the first picture's median depth if that is less]
+  --depth-scale LEVELS       levels of the depth pictures a world unit [5000]
+  --frames N                 at most so many frames [60]
+  --every N                  every N-th pose or picture [1]
+  --size WxH                 size in pixels of rendered pictures [320x240]
+  --noise SIGMA              0 to 1: noise; other than 0 also 8 bits, depth errors with holes, a drifting gain, motion blur [0.02]
+  --shutter SHARE            0 to 1: the share of a frame's time in which the shutter is open [0.5]
+  --gain-drift SHARE         0 to 0.9: how far the gain drifts [0.1]
+  --method NAME              how frames are tracked: hybrid | forward [forward]
+  --keyframe-every N         a keyframe after so many frames [5]
+  --open SHARE               0 to 1: a keyframe where more of a picture is not covered [0.08]
+  --steps N                  steps of refinement after a keyframe, twice as many after the first [30]
+  --finish N                 steps by each keyframe after the last frame [5]
+  --optimiser NAME           adam | by-kind [adam]
+  --cell N                   new Gaussians stand for cells of N x N pixels [2]
+  --threads N                [1]
+  --report FILE              a report as JSON
+  --out DIR                  folder for map.ply, estimated.tum and truth.tum [.]
+  --quiet                    print errors only
+)";
+
+constexpr shared::OptionValues values("slam");
+
+tilemesh::scene::Size size(std::string_view option, std::string_view text)
+{
+    auto const x = text.find('x');
+    if (x == std::string_view::npos) values.refuse(option, text, "it takes a width and a height, as in 640x480");
+    return {values.whole(option, text.substr(0, x), 1, 65535), values.whole(option, text.substr(x + 1), 1, 65535)};
+}
+
+} // namespace
+
+std::optional<Options> options_of(int argc, char** argv)
+{
+    Options o;
+    for (int i = 1; i < argc; ++i) {
+        std::string_view const name = argv[i];
+        auto const value = [&] { return values.next(argc, argv, i); };
+        if (name == "--help") {
+            shared::print(help, "send it to a file or a terminal with room", std::cout);
+            return {};
+        }
+        if (name == "--relative") o.relative = true;
+        else if (name == "--quiet") o.quiet = true;
+        else if (name == "--photos") o.photos = value();
+        else if (name == "--render") o.render = value();
+        else if (name == "--map") o.map = value();
+        else if (name == "--cameras") o.cameras = value();
+        else if (name == "--camera") o.camera = value();
+        else if (name == "--trajectory") o.trajectory = value();
+        else if (name == "--trajectory-format") {
+            auto const text = value();
+            o.trajectory_format = tilemesh::scene::trajectory_format(text);
+            if (!o.trajectory_format) values.refuse(name, text, "it takes tum, euroc, kitti or replica");
+        }
+        else if (name == "--report") o.report = value();
+        else if (name == "--out") o.out = value();
+        else if (name == "--frames") o.frames = values.whole(name, value(), 1, 1'000'000);
+        else if (name == "--every") o.every = values.whole(name, value(), 1, 1'000'000);
+        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
+        else if (name == "--size") o.size = size(name, value());
+        else if (name == "--near") o.near_depth = static_cast<float>(values.number(name, value(), 1e-30, 1e30, "above 0"));
+        else if (name == "--noise") o.noise = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--shutter") o.shutter = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--gain-drift") o.gain_drift = values.number(name, value(), 0.0, 0.9, "from 0 to 0.9");
+        else if (name == "--depth-scale") o.depth_levels = values.number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
+        else if (name == "--keyframe-every") o.keyframe_every = values.whole(name, value(), 1, 1'000'000);
+        else if (name == "--open") o.most_open = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
+        else if (name == "--steps") o.steps = values.whole(name, value(), 0, 1'000'000);
+        else if (name == "--finish") o.finish = values.whole(name, value(), 0, 1'000'000);
+        else if (name == "--cell") o.cell = values.whole(name, value(), 1, 64);
+        else if (name == "--optimiser") {
+            auto const text = value();
+            if (text != "adam" && text != "by-kind") values.refuse(name, text, "it takes adam or by-kind");
+            o.optimiser = text == "adam" ? tilemesh::slam::Optimiser::adam : tilemesh::slam::Optimiser::by_kind;
+        } else if (name == "--method") {
+            auto const text = value();
+            if (text != "hybrid" && text != "forward") values.refuse(name, text, "it takes hybrid or forward");
+            o.method = text == "hybrid" ? tilemesh::track::Method::hybrid : tilemesh::track::Method::forward;
+        } else values.refuse("an option", name, "there is no such option");
+    }
+    if (o.photos && o.render) throw Error("--photos and --render exclude each other (pictures come from one of them); leave one out");
+    if (o.photos && !o.cameras) throw Error("--photos needs the camera's lens and first pose (no --cameras is given); add --cameras FILE");
+    if (o.photos && o.size) throw Error("--size is for rendered pictures (--photos has its own); leave it out");
+    if (!o.camera.empty() && !o.cameras) throw Error("--camera needs a file (no --cameras is given); add --cameras FILE");
+    if (o.relative && !o.trajectory) throw Error("--relative needs a trajectory (no --trajectory is given); add --trajectory FILE");
+    if (o.trajectory_format && !o.trajectory)
+        throw Error("--trajectory-format needs a trajectory (no --trajectory is given); add --trajectory FILE");
+    return o;
+}
+
+} // namespace slam_program

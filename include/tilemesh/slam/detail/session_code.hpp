@@ -1,0 +1,133 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/mapping/refiner.hpp>
+#include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/slam/mapper.hpp>
+#include <tilemesh/slam/session.hpp>
+#include <tilemesh/track/normal_equations.hpp>
+#include <tilemesh/track/pose_evaluator.hpp>
+#include <tilemesh/track/tracker.hpp>
+#include <utility>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace slam {
+
+TILEMESH_HOST track::TrackerOptions tracker_options()
+{
+    track::TrackerOptions o;
+    o.method = track::Method::forward;
+    o.rows_per_pixel = 4;
+    o.harmless_cost = 2.4e-3;
+    return o;
+}
+
+TILEMESH_HOST double median_depth(report::Plane const& depth)
+{
+    std::vector<float> known;
+    for (float const d : depth.values)
+        if (d > 0 && d < 1e18f) known.push_back(d);
+    if (known.empty()) return 0;
+    auto const middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+    std::nth_element(known.begin(), middle, known.end());
+    return double{*middle};
+}
+
+struct Session::Work {
+    SessionOptions options;
+    scene::Intrinsics lens;
+    float scene_depth;
+    scene::Pose start;
+    Mapper mapper;
+    track::Tracker tracker;
+    std::unique_ptr<track::PoseEvaluator> evaluator; ///< of the map since the last keyframe; made when a frame asks for it
+    std::size_t frames = 0, last_keyframe = 0;
+
+    /// The picture as the map's colours would be: without the exposure that the tracker found.
+    mapping::Target target_of(Frame const& frame, track::Exposure const& exposure) const
+    {
+        auto target = mapping::make_target(frame.colour, frame.depth);
+        if (!options.with_exposure) return target;
+        auto const per_gain = static_cast<float>(std::exp(-exposure.log_gain)), offset = static_cast<float>(exposure.offset);
+        for (auto& p : target.pixels)
+            for (float& v : p.rgb) v = (v - offset) * per_gain;
+        return target;
+    }
+    track::TrackedFrame track(Frame const& frame)
+    {
+        if (!evaluator) {
+            track::EvaluatorOptions how;
+            how.threads = options.mapper.threads;
+            how.tile = {options.tile.tile_width, options.tile.tile_height};
+            evaluator = std::make_unique<track::PoseEvaluator>(mapper.map(), Extent2{lens.width, lens.height}, how);
+            auto& rules = evaluator->rules();
+            rules.alpha_max = mapping::refining_rules().alpha_max;
+            rules.transmittance_min = mapping::refining_rules().transmittance_min;
+            evaluator->options().with_exposure = options.with_exposure;
+            evaluator->options().scene_depth = scene_depth;
+        }
+        evaluator->set_target({frame.colour, frame.depth});
+        return tracker.track_at(*evaluator, frame.seconds);
+    }
+};
+
+TILEMESH_HOST Session::Session(scene::Map map, scene::Intrinsics const& lens, double scene_depth, scene::Pose const& start,
+                               SessionOptions const& options)
+{
+    if (options.keyframe_every == 0 || !(options.most_open >= 0))
+        throw Error("a session cannot have keyframes every " + std::to_string(options.keyframe_every) + " frames and where more than " +
+                    std::to_string(options.most_open) + " of a picture is open (1 frame or more, and a share); change them");
+    work_ = std::unique_ptr<Work>(new Work{options, lens, static_cast<float>(scene_depth), start,
+                                           Mapper(std::move(map), static_cast<float>(scene_depth), options.mapper),
+                                           track::Tracker(lens, scene_depth, start, options.tracker), nullptr});
+}
+TILEMESH_HOST Session::~Session() = default;
+TILEMESH_HOST Session::Session(Session&&) noexcept = default;
+TILEMESH_HOST Session& Session::operator=(Session&&) noexcept = default;
+
+TILEMESH_HOST FrameResult Session::add(Frame frame)
+{
+    auto& w = *work_;
+    auto const size = [](auto const& picture) { return std::to_string(picture.width) + " x " + std::to_string(picture.height); };
+    auto const fits = [&](auto const& picture) { return picture.width == w.lens.width && picture.height == w.lens.height; };
+    if (!fits(frame.colour) || !fits(frame.depth))
+        throw Error("a frame with a picture of " + size(frame.colour) + " and depths of " + size(frame.depth) +
+                    " pixels cannot be mapped (the lens has " + size(w.lens) + "); give both in its size");
+    FrameResult out;
+    bool const begins = w.mapper.map().gaussians.empty() && w.mapper.keyframes() == 0;
+    if (begins) {
+        out.tracked.verdict = track::Verdict::converged;
+        out.tracked.pose = out.tracked.start = w.start;
+    } else {
+        out.tracked = w.track(frame);
+    }
+    bool const lost = out.tracked.verdict == track::Verdict::lost;
+    auto const number = w.frames++;
+    if (lost) return out;
+    auto const camera = scene::make_camera(out.tracked.pose, w.lens);
+    auto target = w.target_of(frame, out.tracked.exposure);
+    bool is_keyframe = w.mapper.keyframes() == 0 || number - w.last_keyframe >= w.options.keyframe_every;
+    if (!is_keyframe) {
+        out.open_share = w.mapper.open_share(camera, target);
+        is_keyframe = out.open_share > w.options.most_open;
+    }
+    if (!is_keyframe) return out;
+    out.keyframe = w.mapper.add(camera, std::move(target));
+    w.last_keyframe = number;
+    w.evaluator.reset(); // its map is an older one now
+    // The tracker has seen no frame yet: it would take any picture for the next one. The pose stays what the caller said.
+    if (begins) static_cast<void>(w.track(frame));
+    return out;
+}
+
+TILEMESH_HOST Mapper& Session::mapper() noexcept { return work_->mapper; }
+TILEMESH_HOST scene::Map const& Session::map() const noexcept { return work_->mapper.map(); }
+TILEMESH_HOST std::size_t Session::frames() const noexcept { return work_->frames; }
+
+}}} // namespace tilemesh::slam
