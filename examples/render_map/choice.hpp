@@ -24,6 +24,7 @@ struct Choice {
     MachineKind machine = MachineKind::mk2;
     EngineKind engine = EngineKind::threads;
     std::optional<SaturationKind> saturation{};
+    bool largest_first = false; ///< what changes the picture most goes first and stays
     std::optional<CopiesKind> copies{};
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;
