@@ -33,7 +33,7 @@ bool may_be_fitted(Choice const& choice)
 {
     auto const own = preset_of(choice), asked = setup_of(choice, 0);
     return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() && !choice.trace &&
-           asked.holds == own.holds && asked.reusable == own.reusable && asked.colour == own.colour;
+           asked.holds == own.holds && !asked.ranks && asked.reusable == own.reusable && asked.colour == own.colour;
 }
 
 /// The setup on the choice's machine, with the planes that it asks for.
@@ -55,6 +55,7 @@ render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
 {
     auto setup = preset_of(choice);
     if (choice.saturation) setup.holds = *choice.saturation == SaturationKind::hold;
+    setup.ranks = choice.largest_first;
     if (choice.copies) setup.reusable = *choice.copies == CopiesKind::world;
     if (choice.pixels)
         setup.colour = *choice.pixels == PixelKind::float32 ? render::ColourFormat::float32 : render::ColourFormat::rgbx8;

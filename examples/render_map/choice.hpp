@@ -27,6 +27,7 @@ struct Choice {
     std::uint32_t channel_slots = 0;   ///< of a file's machine: slots of a channel, if the user limits them
     EngineKind engine = EngineKind::threads;
     std::optional<SaturationKind> saturation{};
+    bool largest_first = false; ///< what changes the picture most goes first and stays
     std::optional<CopiesKind> copies{};
     std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;

@@ -73,7 +73,9 @@ void describe_machine(Options const& options, tilemesh::render::SetupFacts const
     run.background = {rules.background[0], rules.background[1], rules.background[2]};
     run.policies = {splat::RowFirst::name,
                     setup.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                    setup.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                    setup.policies.ranks == 0    ? (setup.policies.holds != 0 ? splat::Hold::name : splat::Drop::name)
+                    : setup.policies.holds != 0 ? splat::LargestFirst<splat::Hold>::name
+                                                : splat::LargestFirst<splat::Drop>::name,
                     to_string(rules.footprint),
                     setup.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
                     setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,

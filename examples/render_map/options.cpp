@@ -283,6 +283,10 @@ constexpr Option options[] = {
          o.choice.saturation = one_of<SaturationKind>(
              name, text, {{"hold", SaturationKind::hold}, {"drop", SaturationKind::drop}});
      }},
+    {"--priority", "NAME", "a full tile keeps, a full channel takes: first (come) | largest [first]",
+     [](Options& o, auto name, auto text) {
+         o.choice.largest_first = one_of<bool>(name, text, {{"first", false}, {"largest", true}});
+     }},
     {"--footprint", "NAME", "opacity_box | three_sigma_square | three_sigma_tiles [the preset's]",
      [](Options& o, auto name, auto text) {
          using tilemesh::splat::Footprint;
@@ -412,6 +416,7 @@ OnlyAnchored only_anchored(Options const& o)
     if (!setup.holds)
         return {of_preset(o.choice.saturation.has_value(), "--saturation drop"), "homes drop nothing", o.choice.saturation ? "" : "add --saturation hold"};
     if (!setup.reusable) return {of_preset(o.choice.copies.has_value(), "--copies screen"), "homes send no copies to keep", ""};
+    if (setup.ranks) return {"--priority largest", "homes lose nothing that a rank could save", ""};
     if (o.renderer.hops != 0) return {"--hops", "homes have no routing to end; --rounds ends a frame of homes", ""};
     if (o.renderer.tile.width != 0) return {"--tile", "homes divide the frame into blocks of 16 x 5 pixels", "choose --grid"};
     if (o.follow) return {"--follow", "records of homes never move", ""};

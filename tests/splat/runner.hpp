@@ -68,6 +68,14 @@ using Screens = Room<ScreenBase>;
 using Dropping = Room<splat::Paper>;
 using Shaded = splat::Fitted<Whole, 3>;
 using Planes = splat::WithPixel<Whole, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
+struct LargestHoldBase : splat::Lossless {
+    using Saturation = splat::LargestFirst<splat::Hold>;
+};
+struct LargestDropBase : splat::Lossless {
+    using Saturation = splat::LargestFirst<splat::Drop>;
+};
+using LargestHold = Room<LargestHoldBase>;
+using LargestDrop = Room<LargestDropBase>;
 /// The policies of Whole, with small sizes.
 struct FixedSizes : Whole {
     static constexpr splat::Sizes sizes = sized<Whole>(3, 120, 2);

@@ -268,7 +268,7 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, SetupFacts fact
     check_facts<P>(facts_);
     auto const& words = facts_.policies;
     host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds, words.carried, words.reusable,
-                                        words.road_bytes, words.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots});
+                                        words.road_bytes, words.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots, words.ranks});
     if (facts_.sizes.one_channel_memory && options.hops != 0)
         throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
                     "channels, which a bound would leave full); choose a setup with channels of their own");

@@ -27,6 +27,7 @@ struct SetupChoice {
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;
     splat::Rules rules{};           ///< rules of the picture
+    bool ranks = false;             ///< true: `LargestFirst` of the above
 };
 /// A setup of the library's policies, as a choice that the caller may change.
 template <class S>
@@ -47,7 +48,8 @@ constexpr SetupChoice choice_of() noexcept
             std::is_same_v<Colour, splat::FloatPixel> ? ColourFormat::float32 : ColourFormat::rgbx8,
             S::Pixel::has_depth,
             S::Pixel::has_alpha,
-            rules_of<S>()};
+            rules_of<S>(),
+            splat::may_rank<typename S::Saturation>};
 }
 
 constexpr std::uint32_t record_bytes(std::uint32_t sh_degree) noexcept
@@ -131,7 +133,8 @@ inline SetupFacts facts_of(SetupChoice const& c)
     SetupFacts f{c.name,
                  c.machine,
                  c.sizes,
-                 {c.holds ? 1u : 0u, c.carried ? 1u : 0u, c.reusable ? 1u : 0u, words.road_message, words.beam_message},
+                 {c.holds ? 1u : 0u, c.carried ? 1u : 0u, c.reusable ? 1u : 0u, words.road_message, words.beam_message,
+                  c.ranks && (c.routes || c.blooms) ? 1u : 0u},
                  c.sh_degree,
                  words.record,
                  c.colour,
@@ -154,7 +157,9 @@ inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
     std::is_same_v<typename S::Projected, splat::Splat> &&
     std::is_same_v<typename S::Record, splat::GaussianOfDegree<S::Record::sh_degree>> &&
-    (std::is_same_v<typename S::Saturation, splat::Hold> || std::is_same_v<typename S::Saturation, splat::Drop>) &&
+    (std::is_same_v<typename S::Saturation, splat::Hold> || std::is_same_v<typename S::Saturation, splat::Drop> ||
+     std::is_same_v<typename S::Saturation, splat::LargestFirst<splat::Hold>> ||
+     std::is_same_v<typename S::Saturation, splat::LargestFirst<splat::Drop>>) &&
     (std::is_same_v<typename S::Addressing, splat::Carried> || std::is_same_v<typename S::Addressing, splat::Recomputed>) &&
     (std::is_same_v<typename S::Copies, splat::WorldCopies> || std::is_same_v<typename S::Copies, splat::ScreenCopies>);
 template <class S>

@@ -117,6 +117,7 @@ void check_facts(SetupFacts const& facts)
         if constexpr (!std::is_same_v<typename P::Record, splat::Reference>) serves = serves && facts.sh_degree <= P::Record::sh_degree;
     } else {
         serves = serves && facts.sh_degree == P::Record::sh_degree && (facts.policies.holds != 0) == P::Saturation::holds &&
+                 (facts.policies.ranks != 0) == splat::may_rank<typename P::Saturation> &&
                  (facts.policies.carried != 0) == P::Addressing::carried && (facts.policies.reusable != 0) == P::Copies::reusable;
     }
     if (!serves)

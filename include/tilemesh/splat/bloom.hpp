@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/splat/contribution.hpp>
 #include <tilemesh/splat/policies.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
@@ -40,10 +41,10 @@ struct Bloom {
         bool const stale = (!reusable || !routes_in<S>(*frame)) && frame->view_changed != 0 &&
                            (owed_copies.first != 0 || !in_picture(here, *frame));
         // In the first pass, Project and routing have marked the slots that owe copies. An arrival waits for its turn among these slots.
-        bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0;
+        bool const in_turn = owed_copies.open != 0 || owed_copies.first != 0 || ranks_in<S>(*frame);
         bool waiting = owed_copies.open != 0 || (owed_copies.first != 0 && counts.changes != 0);
         std::uint32_t open = 0;
-        typename Access::Lookup lookup;
+        detail::LookupOf<S> lookup;
         // A few at a time, so that the host's memory answers for several at once: first look for the records, then use what was found. A
         // tile has one parent in a record's tree, so no two messages of a pass bring one record.
         constexpr std::uint32_t at_once = 16;
@@ -61,19 +62,31 @@ struct Bloom {
                         slots[j - k] = slot;
                     }
                 std::uint32_t i = slots[k % at_once];
+                if constexpr (may_rank<typename S::Saturation>)
+                    if (i != no_slot && marks[i].id != message.id) i = no_slot; // another record took its place in this pass
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
                     counts.projected += reusable ? 1 : 0;
                     if (!Access::is_here(here, *frame, entry)) continue; // it was sent in an older view
                     i = storage.size();
-                    if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
-                        ++counts.copies_full;
-                        continue;
+                    bool placed = false;
+                    if constexpr (may_rank<typename S::Saturation>)
+                        if (ranks_in<S>(*frame) && i == storage.capacity()) {
+                            i = detail::take_place<S>(here, *frame, storage, marks, splats, counts, lookup,
+                                                      Copies::template record<typename S::Record>(message), entry, Mark::copy);
+                            if (i == no_slot) continue;
+                            placed = true;
+                        }
+                    if (!placed) {
+                        if (!storage.try_push(Copies::template record<typename S::Record>(message))) {
+                            ++counts.copies_full;
+                            continue;
+                        }
+                        marks.unchecked_push({message.id, Mark::copy});
+                        splats.unchecked_push(entry);
+                        lookup.add(entry);
+                        ++counts.changes;
                     }
-                    marks.unchecked_push({message.id, Mark::copy});
-                    splats.unchecked_push(entry);
-                    lookup.add(entry);
-                    ++counts.changes;
                 }
                 Reach const r = Access::reach(here, *frame, splats[i]);
                 marks[i].bits |= r.sides & Mark::shared(d);
@@ -85,6 +98,8 @@ struct Bloom {
                 }
             }
         }
+        if constexpr (may_rank<typename S::Saturation>)
+            if (waiting && ranks_in<S>(*frame)) send_largest(here, *frame, storage, marks, splats, out);
         if (waiting) {
             for (std::uint32_t at = 0, n = storage.size(); at < n;) {
                 std::uint32_t const owing = list_up_with_bits(marks.begin(), at, n, Mark::owes, slots, 4 * at_once);
@@ -95,6 +110,36 @@ struct Bloom {
         }
         owed_copies = {open, 0};
         return open == 0 ? Vote::quiet : Vote::busy;
+    }
+
+    /// Sends the owed copies of the records that cover most, as far as each side has room for all copies of an octave.
+    static void send_largest(Here const& here, typename S::Parameters const& frame, Storage<S> const& storage, Marks<S>& marks,
+                             Splats<S> const& splats, Out<Beam<S>>& out) noexcept
+    {
+        auto const owed_by = [&](std::uint32_t i) noexcept {
+            if (!marks[i].is(Mark::owes)) return 0u;
+            Reach const r = Access::reach(here, frame, splats[i]);
+            return r.sides & child_sides(r.anchor, here.tile) & ~marks[i].bits;
+        };
+        detail::SideCuts cuts;
+        std::uint32_t const n = storage.size();
+        for (std::uint32_t i = 0; i < n; ++i)
+            if (std::uint32_t const owed = owed_by(i); owed != 0) {
+                std::uint32_t const octave = detail::SideCuts::octave_of(Access::splat_of(frame, splats[i]));
+                for (Direction d : news)
+                    if ((owed & Mark::shared(d)) != 0) cuts.add(d, octave);
+            }
+        for (Direction d : news) cuts.close(d, out[d].room());
+        for (std::uint32_t i = 0; i < n; ++i)
+            if (std::uint32_t const owed = owed_by(i); owed != 0) {
+                auto const& splat = Access::splat_of(frame, splats[i]);
+                std::uint32_t const octave = detail::SideCuts::octave_of(splat);
+                for (Direction d : news)
+                    if ((owed & Mark::shared(d)) != 0 && cuts.has_room(d, octave)) {
+                        out[d].unchecked_push(Copies::make(storage[i], splat));
+                        marks[i].bits |= Mark::shared(d);
+                    }
+            }
     }
 
     /// For a cost model. The tile looks up each arrival among its records and projects it, and it gives each copy that leaves to a channel.

@@ -160,7 +160,7 @@ Pending begin_frame(Here const& here, typename S::Parameters const& frame, Stora
     counts.visible = before.visible;
     counts.parked = before.parked;
     if (routes_in<S>(frame))
-        if ((before.hops | before.projected) != 0) count_anchored<S>(frame, marks, splats, counts);
+        if ((before.hops | before.projected) != 0 || ranks_in<S>(frame)) count_anchored<S>(frame, marks, splats, counts);
     return last.pending;
 }
 inline Vote vote_to_route(FlowControl& flow, std::uint32_t leaving) noexcept

@@ -1,5 +1,6 @@
 #pragma once
 #include <tilemesh/splat/access.hpp>
+#include <type_traits>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
@@ -65,6 +66,35 @@ struct Drop {
         return false;
     }
 };
+
+/// Is there a rule which record a full tile keeps and which one goes first, besides that of the order of arrival?
+template <class Saturation, class = void>
+inline constexpr bool may_rank = false;
+template <class Saturation>
+inline constexpr bool may_rank<Saturation, std::enable_if_t<Saturation::may_rank>> = true;
+
+/// `Hold` or `Drop`, in which the records that change the picture most go first and stay. A record that finds the storage full takes the
+/// place of the record that changes the tile's pixels least (contribution.hpp); that one is lost as if it had found the storage full. Among
+/// the records that wait for one side, those that cover most leave first. Cost: no SRAM, no message; time on full tiles.
+template <class Saturation>
+struct LargestFirst : Saturation {
+    static constexpr char const* name = Saturation::holds ? "hold, largest first" : "drop, largest first";
+    static constexpr bool may_rank = true;
+    template <class Parameters>
+    TILEMESH_KERNEL static constexpr bool ranks_in(Parameters const&) noexcept
+    {
+        return true;
+    }
+};
+/// Does this frame rank records? A constant if the policies do not have the rule.
+template <class S, class Frame>
+TILEMESH_KERNEL constexpr bool ranks_in([[maybe_unused]] Frame const& frame) noexcept
+{
+    if constexpr (may_rank<typename S::Saturation>)
+        return S::Saturation::ranks_in(frame);
+    else
+        return false;
+}
 
 // --- what a routed message carries --------------------------------------------------------------------------------------------
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/splat/contribution.hpp>
 #include <tilemesh/splat/policies.hpp>
 
 /// Moves every record to its anchor tile, by one tile a superstep.
@@ -53,7 +54,7 @@ struct RouteStep {
     Marks<S>& marks;
     Splats<S>& splats;
     Counts& counts;
-    typename Access::Lookup& lookup;
+    LookupOf<S>& lookup;
 
     /// Is this tile the anchor of the message's record? Sets `anchor`. It projects the record if the message has no anchor or an outdated
     /// one.
@@ -80,6 +81,8 @@ struct RouteStep {
     {
         auto const entry = Access::project(g, frame);
         ++counts.projected;
+        if constexpr (may_rank<typename S::Saturation>)
+            if (i != no_slot && marks[i].id != g.id) i = no_slot; // another record took its place in this pass
         if (i != no_slot) {
             storage[i] = g;
             splats[i] = entry;
@@ -88,6 +91,10 @@ struct RouteStep {
             return true;
         }
         if (!storage.try_push(g)) {
+            if constexpr (may_rank<typename S::Saturation>)
+                if (ranks_in<S>(frame))
+                    return take_place<S>(here, frame, storage, marks, splats, counts, lookup, g, entry,
+                                         blooms_in<S>(frame) ? Mark::owes : 0) != no_slot;
             ++counts.storage_full;
             return false;
         }
@@ -130,6 +137,30 @@ struct RouteStep {
         else
             remove_slot(storage, marks, splats, i);
     }
+    /// Sends the records that cover most, as far as each side has room for all records of an octave. Closes the sides that are full.
+    template <class Outs>
+    void depart_largest(Outs& out, Room const& room, FlowControl& flow, std::uint32_t& open) const noexcept
+    {
+        SideCuts cuts;
+        for (std::uint32_t i = 0, n = marks.size(); i < n; ++i)
+            if (marks[i].is(open)) cuts.add(marks[i].leaves_on(), SideCuts::octave_of(Access::splat_of(frame, splats[i])));
+        for (Direction d : news) cuts.close(d, (open & Mark::leaves(d)) != 0 ? room.limit[index(d)] - out[d].size() : 0);
+        for (std::uint32_t i = marks.size(); i-- > 0;) {
+            if (!marks[i].is(open)) continue;
+            Direction const d = marks[i].leaves_on();
+            if (!cuts.has_room(d, SideCuts::octave_of(Access::splat_of(frame, splats[i])))) continue;
+            depart(i, out[d]);
+            --flow.leaving;
+        }
+        for (Direction d : news)
+            if (out[d].size() >= room.limit[index(d)]) open &= ~Mark::leaves(d);
+    }
+    /// After records took the places of others: how many are leaving.
+    void count_leaving(FlowControl& flow) const noexcept
+    {
+        flow.leaving = 0;
+        for (std::uint32_t i = 0, n = marks.size(); i < n; ++i) flow.leaving += marks[i].is(Mark::leaving) ? 1u : 0u;
+    }
     /// Sends the leaving records for which there is room, and counts the others as refused. It looks at marks only, 16 at once, and at the
     /// records that it sends.
     template <class Outs>
@@ -140,6 +171,8 @@ struct RouteStep {
             if (out[d].size() < room.limit[index(d)]) open |= Mark::leaves(d);
             if (room.short_of_credit[index(d)]) short_of_credit |= Mark::leaves(d);
         }
+        if constexpr (may_rank<typename S::Saturation>)
+            if (ranks_in<S>(frame)) depart_largest(out, room, flow, open);
         // From the last slot to the first, a few at a time. A slot that is removed is taken by the last one, which was looked at before.
         std::uint32_t slots[2 * at_once];
         for (std::uint32_t end = storage.size(); open != 0 && end != 0;) {
@@ -319,6 +352,8 @@ struct HoldingRoute {
         empty_fifo(waiting0, in[Rule::first_leg[0]], Rule::first_leg[0]);
         empty_fifo(waiting1, in[Rule::first_leg[1]], Rule::first_leg[1]);
         settle_homes();
+        if constexpr (may_rank<typename S::Saturation>)
+            if (ranks_in<S>(*frame)) step.count_leaving(flow);
         if (flow.leaving != 0) step.depart_all(out, most, flow);
 
         out[Rule::first_leg[0]].set_note(waiting0.size());
@@ -361,6 +396,8 @@ struct DroppingRoute {
                     (void)step.keep(S::Addressing::record(m), flow);
                 }
             }
+        if constexpr (may_rank<typename S::Saturation>)
+            if (ranks_in<S>(step.frame)) step.count_leaving(flow);
         if (flow.leaving != 0) {
             Room most{};
             for (Direction d : news) most.limit[index(d)] = out[d].capacity();
@@ -381,7 +418,7 @@ struct Route : detail::RouteOperations<P> {
                     OnlyIf<may_hold, Waiting<P, 0>&> waiting0, OnlyIf<may_hold, Waiting<P, 1>&> waiting1, FlowControl& flow, Counts& counts,
                     In<Road<P>> in, Out<Road<P>> out) const noexcept
     {
-        typename AccessOf<P>::Lookup lookup;
+        detail::LookupOf<P> lookup;
         detail::RouteStep<P> const step{here, *frame, storage, marks, splats, counts, lookup};
         if constexpr (may_hold)
             if (P::Saturation::holds_in(*frame)) return detail::HoldingRoute<P>::run(step, frame, waiting0, waiting1, flow, in, out);
