@@ -75,6 +75,7 @@ tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_de
     homes.name = setup.name;
     homes.machine = setup.machine;
     homes.fit = true;
+    homes.district = 0;
     if (choice.machine == MachineKind::test) homes.sizes.held = setup.sizes.storage;
     homes.sh_degree = sh_degree;
     homes.colour = setup.colour;
