@@ -33,6 +33,7 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
         choice.machine = size_of_machine<typename Base::Machine>();
         choice.rules = render::rules_of<Base>();
         choice.fit = true;
+        choice.district = 0;
         choice.sh_degree = scene::demand_of(of).sh_degree;
         return render::make_homes_renderer<>(scene::needed(of, scene::demand_of(of)), choice,
                                              options.program == Program::homes ? options : render::within(choice, options));

@@ -159,6 +159,10 @@ struct Homes {
     using Values = splat::homes::ValuePolicies<>;
     static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 40, 1440};
 };
+struct DistrictHomes : Homes { // a table of 10 x 9 districts
+    using Values = splat::homes::DistrictPolicies<2>;
+    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 10, 90};
+};
 struct ShadedHomes : Homes { // degree 2, with planes
     using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
     static constexpr splat::homes::Sizes sizes{300, 1500, 120, 120, 8, 640, 40, 1440};
@@ -201,6 +205,9 @@ ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
 ALL_HOMES_KERNELS(homes, Homes)
 ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
+HOMES_KERNEL(district_homes, tell, DistrictHomes, Tell)
+HOMES_KERNEL(district_homes, offer, DistrictHomes, Offer)
+HOMES_KERNEL(district_homes, deliver, DistrictHomes, Deliver)
 
 // The kernels of a program that tracks.
 using Tracked = splat::pose::Tracked<splat::Lossless>;

@@ -24,6 +24,9 @@ struct HomesChoice {
     splat::homes::Sizes sizes{950, 2800, 120, 120};
     /// `homes` are as many as the map needs, if the SRAM has room for them, and `held` shrinks to what they leave, at least to `least_held`.
     bool fit = false;
+    /// Tiles along a side of a district (splat/homes/regions.hpp): a power of 2. A home keeps a window of each district, so larger ones need
+    /// less SRAM, but bring splats that a tile does not want yet. 0: the smallest with which a tile's lists fit.
+    std::uint32_t district = 1;
     std::uint32_t sh_degree = 0;
     ColourFormat colour = ColourFormat::float32;
     bool depth = false, alpha = false;
@@ -47,6 +50,7 @@ struct HomesLayout {
     splat::homes::Fold fold;
     splat::homes::Sizes sizes;
     HomesLedger ledger;
+    std::uint32_t district; ///< above 0
 };
 
 inline Grid homes_grid(RendererOptions const& options) noexcept
@@ -62,8 +66,8 @@ TILEMESH_HOST void check_limits(HomesChoice const& choice, RendererOptions const
 /// A tile that holds fewer splats of a window than this needs many rounds. A map that leaves less room comes in chapters.
 inline constexpr std::uint32_t least_held = 256;
 
-/// The layout of a frame of `size` pixels for a map of `records` records. Throws Error if the frame or the grid is too large, or if
-/// the slots do not fit into a tile's SRAM. Records without a home come in chapters.
+/// The layout of a frame of `size` pixels for a map of `records` records. Throws Error if the frame or the grid is too large, if a district
+/// is no power of 2, or if the slots do not fit into a tile's SRAM. Records without a home come in chapters.
 TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions const& options, Extent2 size, std::uint64_t records);
 
 /// Returns the choice with as many homes as the rest of its machine's SRAM has room for, for frames of `grid` tiles of `tile` pixels: one

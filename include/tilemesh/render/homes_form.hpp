@@ -28,6 +28,8 @@ struct Parcel<SplatRow> {
 struct TableParameters : Parameters {
     static constexpr char const* name = "frame parameters and tables";
     HostPointer<Splat const> splats;
+    std::uint32_t district_shift; ///< as in Parameters, as a word of the run
+    static constexpr bool has_districts = true;
 };
 /// The parameters of a program that serves choices with and without planes.
 struct HostParameters : TableParameters {

@@ -112,6 +112,7 @@ private:
     {
         auto layout = layout_homes(choice_, options_, {width, height}, rows);
         fold_ = layout.fold;
+        district_ = layout.district;
         size_ = {width, height};
         sizes = layout.sizes;
         if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
@@ -229,6 +230,7 @@ private:
         static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_, chapter_depth};
         if constexpr (machine::has_form_word<Parameters>) frame.wide = wide() ? 1 : 0;
         if constexpr (by_reference) {
+            frame.district_shift = splat::homes::district_shift(district_);
             frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
             auto const& rows = records_.on_homes();
             host_.on_threads(rows.size(), [&](std::uint32_t first, std::uint32_t last) {
@@ -259,6 +261,7 @@ private:
     bool streams_ = false;               ///< the map comes in chapters
     SetupFacts facts_{};
     splat::homes::Fold fold_{};
+    std::uint32_t district_ = 1;
     Extent2 size_{};
     std::optional<splat::View> last_;
     std::uint64_t visible_ = 0;
@@ -276,6 +279,13 @@ HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map map, HomesChoice con
                                                options.waiting_slots, options.held_slots, options.storage_slots, options.fold ? 1u : 0u});
     check_choice<P, !HostType::has_one_memory>(choice);
     check_limits(choice, options);
+    if constexpr (!by_reference) {
+        constexpr std::uint32_t side = 1u << Parameters::district_shift;
+        if (choice_.district == 0) choice_.district = side;
+        if (choice_.district != side)
+            throw Error("a choice with districts of " + std::to_string(choice_.district) + " x " + std::to_string(choice_.district) +
+                        " tiles (the renderer's policies have " + std::to_string(side) + " x " + std::to_string(side) + "); give both the same");
+    }
     choice_.rules = with_options(choice_.rules, options);
     facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
 }

@@ -49,6 +49,28 @@ TILEMESH_HOST void HomesLedger::add(char const* name, char const* what, std::uin
 
 TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions const& options, Extent2 size, std::uint64_t records)
 {
+    if (c.district == 0) { // the smallest that fits; if none does, the error is that of single tiles
+        auto const layout = [&](std::uint32_t side) {
+            auto one = c;
+            one.district = side;
+            return layout_homes(one, options, size, records);
+        };
+        try {
+            return layout(1);
+        } catch (Error const&) {
+            auto const grid = homes_grid(options);
+            for (std::uint32_t side = 2; side < 2 * std::max(grid.width, grid.height) && side <= 1u << 15; side *= 2) {
+                try {
+                    return layout(side);
+                } catch (Error const&) {
+                }
+            }
+            throw;
+        }
+    }
+    if ((c.district & (c.district - 1)) != 0)
+        throw Error("districts of " + std::to_string(c.district) + " x " + std::to_string(c.district) +
+                    " tiles (a side is a power of 2); choose 1, 2, 4, ..., or 0 for the smallest that fits");
     check_size(size.width, size.height);
     check_cut({options.grid, options.tile});
     auto const grid = homes_grid(options);
@@ -57,8 +79,9 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
                     std::to_string(c.machine.tiles) + "); choose a smaller grid or another machine");
     auto const fold = splat::homes::make_fold(size.width, size.height, grid, options.fold);
     auto sizes = c.sizes;
-    sizes.columns = fold.x.tiles;
-    sizes.tiles = fold.x.tiles * fold.y.tiles;
+    auto const shift = splat::homes::district_shift(c.district);
+    sizes.columns = splat::homes::districts(fold.x.tiles, shift);
+    sizes.tiles = sizes.columns * splat::homes::districts(fold.y.tiles, shift);
     sizes.tile_blocks = fold.tile_blocks();
     sizes.tile_pixels = sizes.tile_blocks * splat::block_width * splat::block_height;
     if (c.fit) {
@@ -85,7 +108,7 @@ TILEMESH_HOST HomesLayout layout_homes(HomesChoice const& c, RendererOptions con
     if (options.held_slots > sizes.held)
         throw Error("a limit of " + std::to_string(options.held_slots) + " held splats (a tile has room for " + std::to_string(sizes.held) +
                     "); choose 1 to " + std::to_string(sizes.held));
-    return {grid, fold, sizes, std::move(ledger)};
+    return {grid, fold, sizes, std::move(ledger), c.district};
 }
 
 TILEMESH_HOST RendererOptions within(HomesChoice const& choice, RendererOptions options) noexcept
@@ -118,6 +141,7 @@ TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile)
     c.fit = false;
     c.sizes.homes = 1;
     auto const one = layout_homes(c, options, {side(grid.width, tile.width), side(grid.height, tile.height)}, 1);
+    c.district = one.district;
     auto two = one.sizes;
     two.homes = 2;
     auto const slot = HomesLedger(c, two).bytes - one.ledger.bytes;

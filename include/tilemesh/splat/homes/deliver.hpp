@@ -59,11 +59,11 @@ TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
 
 /// The tiles that want one splat: it is in the tile's window, and a pixel of an unfinished block may see it. The block's test is that of
 /// blending.
-template <class AnyFold>
+template <class AnyFold, class Windows>
 class Wanted {
 public:
-    Wanted(Splat const& s, AnyFold const& fold, Camera const& camera, Table const& table) noexcept
-        : fold_(fold), camera_(camera), table_(table), splat_(s), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
+    Wanted(Splat const& s, AnyFold const& fold, Camera const& camera, Windows const& windows) noexcept
+        : fold_(fold), camera_(camera), windows_(windows), splat_(s), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
     {
         auto const r = s.rect();
         i0_ = r.x0 / block_width;
@@ -113,7 +113,7 @@ public:
         auto y = fold_.y.cursor(j0_);
         for (std::uint32_t j = j0_; j <= j1_; ++j, y = fold_.y.next(y)) {
             std::uint32_t const ty = fold_.y.tile(y);
-            WindowNotice const* const notices = table_.begin() + ty * fold_.x.tiles;
+            auto const notices = windows_of_row(windows_, fold_, ty);
             auto x = first_x;
             for (std::uint32_t i = i0_; i <= i1_; ++i, x = fold_.x.next(x)) {
                 std::uint32_t const tx = fold_.x.tile(x);
@@ -134,7 +134,7 @@ private:
     std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
     bool wants(std::uint32_t x, std::uint32_t y) const noexcept
     {
-        WindowNotice const& notice = table_[y * fold_.x.tiles + x];
+        WindowNotice const& notice = windows_of_row(windows_, fold_, y)[x];
         if (depth_ < notice.lo_depth || depth_ >= notice.hi_depth) return false;
         for (std::uint32_t k = 0; k < fold_.x.layers; ++k) {
             std::uint32_t const i = fold_.x.block(x, k);
@@ -166,7 +166,7 @@ private:
 
     AnyFold const& fold_;
     Camera const& camera_;
-    Table const& table_;
+    Windows const& windows_;
     Splat const& splat_;
     std::uint32_t depth_, i0_, i1_, j0_, j1_; ///< blocks of the splat's rectangle, inclusive
     float steepest_;
@@ -235,6 +235,12 @@ TILEMESH_KERNEL void hold(Key key, typename P::Projected const& splat, Window& w
         ++counts.turned_away;
         return;
     }
+    if constexpr (P::Parameters::has_districts)
+        if (key.depth >= window.hi_depth) { // another tile of the district wants it
+            ++counts.early;
+            ++counts.turned_away;
+            return;
+        }
     auto const behind = [&]() noexcept { return !(key < Key{window.frontier_depth, window.frontier_id}); };
     if (held.size() == held.capacity() && !behind()) make_room<P>(key, window, held, keys, sample, counts);
     if (behind()) {
@@ -256,7 +262,7 @@ struct Offer {
 
     void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker worker) const noexcept
     {
-        find(*parameters, parameters->fold, seen, table, offers, worker);
+        with_windows(*parameters, table, [&](auto const& windows) noexcept { find(*parameters, parameters->fold, seen, windows, offers, worker); });
     }
     /// Does the shares of all workers at once, for a host thread.
     struct AllWorkers {
@@ -264,10 +270,12 @@ struct Offer {
         void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker) const noexcept
         {
             Access::about_to_read(table);
-            if (seen.size() >= fewest_by_table && FoldTable::has_room(parameters->fold))
-                find(*parameters, FoldTable(parameters->fold), seen, table, offers, {0, 1});
-            else
-                find(*parameters, parameters->fold, seen, table, offers, {0, 1});
+            with_windows(*parameters, table, [&](auto const& windows) noexcept {
+                if (seen.size() >= fewest_by_table && FoldTable::has_room(parameters->fold))
+                    find(*parameters, FoldTable(parameters->fold), seen, windows, offers, {0, 1});
+                else
+                    find(*parameters, parameters->fold, seen, windows, offers, {0, 1});
+            });
         }
     };
     /// For a cost model. All workers wait for the one with the most blocks. A test of a block takes about 60 instructions, as two comparisons
@@ -285,15 +293,15 @@ struct Offer {
 private:
     static constexpr std::uint32_t fewest_by_table = 32; ///< records; for fewer, the tables of a fold cost more than its divisions
 
-    template <class AnyFold>
-    TILEMESH_KERNEL static void find(FrameParameters const& frame, AnyFold const& fold, Seen<P> const& seen, Table const& table,
+    template <class AnyFold, class Windows>
+    TILEMESH_KERNEL static void find(FrameParameters const& frame, AnyFold const& fold, Seen<P> const& seen, Windows const& windows,
                                      Offers& offers, Worker worker) noexcept
     {
         for (std::uint32_t i = worker.index, n = seen.size(); i < n; i += worker.count) {
             Splat const& s = Access::splat_of(frame, seen[i]);
             offers[i] = {};
             if (!s.visible()) continue;
-            detail::Wanted const wanted(s, fold, frame.view.camera, table);
+            detail::Wanted const wanted(s, fold, frame.view.camera, windows);
             std::uint32_t const parts = wanted.parts();
             std::uint32_t tested = 0, to = 0;
             if (parts == 1) to = wanted.all_tiles(tested);
@@ -349,7 +357,9 @@ struct Deliver {
         tile.empty_fifo(waiting1, sending.turning[1], in[Direction::east], Direction::west);
         std::uint32_t const passed = tile.given();
         bool open = false; // its own records: to the west, to the east, and on its own column
-        for (std::uint32_t way = 0; own && way < 3; ++way) open = send_own(tile, way, *frame, home, seen, offers, table, sending) || open;
+        for (std::uint32_t way = 0; own && way < 3; ++way) open = with_windows(*frame, table, [&](auto const& windows) noexcept {
+            return send_own(tile, way, *frame, home, seen, offers, windows, sending);
+        }) || open;
 
         for (Direction d : news) out[d].resize(tile.way[index(d)].n);
         counts.hops += tile.given();
@@ -513,9 +523,9 @@ private:
     };
 
     /// Sends parcels of the tile's own records on one way while there is room. Returns whether some are left.
-    template <class Frame>
+    template <class Frame, class Windows>
     static bool send_own(Tile& tile, std::uint32_t way, Frame const& frame, Home<P> const& home, Seen<P> const& seen, Offers const& offers,
-                         Table const& table, Sending& sending) noexcept
+                         Windows const& windows, Sending& sending) noexcept
     {
         std::uint32_t const x = tile.here.tile.x(), n = offers.size();
         std::uint32_t const first = way == 0 ? 0 : way == 1 ? x + 1 : x, end = way == 0 ? x : way == 1 ? 0xffffffffu : x + 1; // its columns
@@ -542,7 +552,7 @@ private:
                 continue;
             }
             Splat const& s = Access::splat_of(frame, seen[record]);
-            detail::Wanted const wanted(s, frame.fold, frame.view.camera, table);
+            detail::Wanted const wanted(s, frame.fold, frame.view.camera, windows);
             std::uint32_t const parts = wanted.parts();
             for (; part < parts; ++part) {
                 std::uint32_t const to = wanted.tiles(part, first, end);

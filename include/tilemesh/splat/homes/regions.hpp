@@ -10,7 +10,8 @@
 ///
 /// Words. The *key* of a splat is its depth and its id, a strict order. A record lies on its *home*, a tile that does not depend on the
 /// view. A *window* of a tile is an interval of keys. In a round, homes send each tile the splats of its window; the tile keeps the nearest
-/// ones that it has room for, blends them, and goes on behind them. The *frontier* is the nearest key that it refused.
+/// ones that it has room for, blends them, and goes on behind them. The *frontier* is the nearest key that it refused. A *district* is a
+/// square of tiles that share an entry of the table of windows; on Mk2 it is one tile.
 namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
 /// The capacities of the program's lists on one tile, in slots.
@@ -21,7 +22,7 @@ struct Sizes {
     std::uint32_t waiting = 0;       ///< splats in each of the two FIFOs; at least 1
     std::uint32_t tile_blocks = 0;   ///< blocks of 16 x 5 pixels
     std::uint32_t tile_pixels = 0;   ///< 80 for each block
-    std::uint32_t columns = 0, tiles = 0; ///< of the grid: every tile keeps a table of all windows
+    std::uint32_t columns = 0, tiles = 0; ///< districts in a row of the grid, and of the grid: every tile keeps a table of all of them
 
     friend constexpr bool operator==(Sizes const& a, Sizes const& b) noexcept
     {
@@ -39,6 +40,16 @@ struct Parameters {
     /// A map with more records than homes comes in chapters, front to back: the host refills the homes and runs the program again. 0 for
     /// the first chapter; otherwise the bits of the nearest depth of this one. The picture goes on where the last chapter ended.
     std::uint32_t chapter_depth;
+
+    /// A district has 2^district_shift x 2^district_shift tiles. Parameters with `has_districts` may have more than one.
+    static constexpr std::uint32_t district_shift = 0;
+    static constexpr bool has_districts = false;
+};
+/// The parameters of machines whose tiles have no room for a window of each tile.
+template <std::uint32_t Shift>
+struct DistrictParameters : Parameters {
+    static constexpr std::uint32_t district_shift = Shift;
+    static constexpr bool has_districts = true;
 };
 static_assert(std::is_trivially_copyable_v<Parameters> && sizeof(Parameters) % 4 == 0, "parameters are plain words");
 
@@ -53,6 +64,9 @@ struct Policies {
 /// The policies of a machine that moves values, for records of this degree.
 template <std::uint32_t Degree = 0, class Pixel = FloatPixel>
 using ValuePolicies = Policies<GaussianOfDegree<Degree>, Splat, Parameters, Pixel>;
+/// The same, with districts of 2^Shift x 2^Shift tiles.
+template <std::uint32_t Shift, std::uint32_t Degree = 0, class Pixel = FloatPixel>
+using DistrictPolicies = Policies<GaussianOfDegree<Degree>, Splat, DistrictParameters<Shift>, Pixel>;
 
 /// The operations on which the kernels spend their time; those that Operation (splat/operations.hpp) has too have its names and prices.
 struct Operation {
@@ -96,7 +110,8 @@ struct Parcel<Splat> {
 static_assert(sizeof(Parcel<Splat>) == 64);
 inline constexpr std::uint32_t parcel_columns = 4, parcel_rows = 8;
 
-/// What a tile says of its window; in the end every tile has those of all.
+/// What a tile says of its window; in the end every tile has those of all. The notice of a district is the hull of its tiles': the least
+/// `lo_depth`, the largest `hi_depth`, and the blocks that are finished on all of them.
 struct WindowNotice {
     std::uint32_t lo_depth;  ///< bits of the nearest depth that it wants; 0xffffffff: it wants nothing more
     std::uint32_t hi_depth;  ///< bits of the first depth behind the window
@@ -178,7 +193,7 @@ struct Framebuffer : Buffer<Pixel> {
     static constexpr char const* name = "framebuffer";
     static constexpr auto slots = &Sizes::tile_pixels;
 };
-/// The windows of all tiles with blocks, row by row.
+/// The windows of all tiles with blocks, or of all districts, row by row.
 struct Table : Buffer<WindowNotice> {
     static constexpr char const* name = "windows of all tiles";
     static constexpr auto slots = &Sizes::tiles;
@@ -238,7 +253,7 @@ struct Counts {
     std::uint32_t hops;         ///< parcels given to channels, also those of other homes
     std::uint32_t asked;        ///< tiles that the parcels of this home name
     std::uint32_t arrived;      ///< parcels that named this tile; the sum over all tiles is that of `asked`
-    std::uint32_t early;        ///< of these, before the window: the table has depths, not whole keys
+    std::uint32_t early;        ///< of these, before the window: the table has depths, not whole keys; or outside it, but in the district's
     std::uint32_t refused;      ///< of these, no room: they come again in a later round
     std::uint32_t channel_full; ///< waits for a slot of a channel
     std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
@@ -285,6 +300,60 @@ inline BlockAt block_at(Fold const& fold, TileId tile, std::uint32_t number) noe
 {
     std::uint32_t const i = fold.x.block(tile.x(), number % fold.x.layers), j = fold.y.block(tile.y(), number / fold.x.layers);
     return {i * block_width, j * block_height, tile.x() < fold.x.tiles && tile.y() < fold.y.tiles && i < fold.x.blocks && j < fold.y.blocks};
+}
+
+/// The districts along n tiles.
+constexpr std::uint32_t districts(std::uint32_t n, std::uint32_t shift) noexcept
+{
+    return n == 0 ? 0 : ((n - 1) >> shift) + 1;
+}
+
+/// The shift of districts whose side is this power of 2.
+constexpr std::uint32_t district_shift(std::uint32_t side) noexcept
+{
+    std::uint32_t shift = 0;
+    while (shift < 31 && (1u << shift) < side) ++shift;
+    return shift;
+}
+
+/// The windows of districts, as a home asks for those of tiles.
+class DistrictTable {
+public:
+    DistrictTable(Table const& table, Fold const& fold, std::uint32_t shift) noexcept
+        : table_(table.begin()), columns_(districts(fold.x.tiles, shift)), shift_(shift)
+    {
+    }
+    /// A row of tiles.
+    struct Row {
+        WindowNotice const* notices;
+        std::uint32_t shift;
+        WindowNotice const& operator[](std::uint32_t x) const noexcept { return notices[x >> shift]; }
+    };
+    Row row(std::uint32_t y) const noexcept { return {table_ + (y >> shift_) * columns_, shift_}; }
+
+private:
+    WindowNotice const* table_;
+    std::uint32_t columns_, shift_;
+};
+/// The windows of a row of tiles.
+template <class AnyFold>
+TILEMESH_KERNEL WindowNotice const* windows_of_row(Table const& table, AnyFold const& fold, std::uint32_t y) noexcept
+{
+    return table.begin() + y * fold.x.tiles;
+}
+template <class AnyFold>
+TILEMESH_KERNEL DistrictTable::Row windows_of_row(DistrictTable const& table, AnyFold const&, std::uint32_t y) noexcept
+{
+    return table.row(y);
+}
+/// Calls f with what a home asks for windows.
+template <class Frame, class F>
+TILEMESH_KERNEL decltype(auto) with_windows(Frame const& frame, Table const& table, F const& f) noexcept
+{
+    if constexpr (Frame::has_districts)
+        return f(DistrictTable(table, frame.fold, frame.district_shift));
+    else
+        return f(table);
 }
 
 /// Does the tile hold pixels?
