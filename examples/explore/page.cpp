@@ -134,7 +134,7 @@ std::string diagram(std::vector<Point> const& points, std::string const& map, st
                     px(cy - 4) + "\" stroke=\"#d55e00\" stroke-width=\"" + (on_front ? "3" : "1.5") + "\" fill=\"none\">";
         else
             shape = "<circle cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"" + (on_front ? (knee == i ? "7" : "5") : "3") + "\" fill=\"" +
-                    (!p.left_out.empty() ? "none\" stroke=\"#888" : on_front ? "#0072b2" : "#bbb") + "\">";
+                    (!p.left_out.empty() ? "#fff\" stroke=\"#888" : on_front ? "#0072b2" : "#bbb") + "\">";
         shape += "<title>" + report::html_text(all_measures(p) + (knee == i ? " (the knee)" : on_front ? " (on the front)" : "")) + "</title>" +
                  (p.lost != 0 ? "</path>" : "</circle>");
         text += on_front && !p.picture.empty() ? "<a href=\"" + report::html_text(p.picture) + "\">" + shape + "</a>\n" : shape + "\n";
