@@ -193,13 +193,13 @@ public:
             digests_.push_back(point_digest(study.settings[i], key));
             if (auto const known = found.find(digests_[i]); known != found.end()) {
                 points_[i] = known->second;
+                identify(i);
                 done_[i] = true;
                 ++taken_over_;
                 continue;
             }
             if (!sized.refused.empty()) {
-                points_[i].name = study.settings[i].name;
-                points_[i].digest = digests_[i];
+                identify(i);
                 points_[i].refused = sized.refused;
                 done_[i] = true;
                 continue;
@@ -246,6 +246,12 @@ public:
     }
 
 private:
+    void identify(std::size_t i)
+    {
+        points_[i].name = study_.settings[i].name;
+        points_[i].map = study_.settings[i].subject->name;
+        points_[i].digest = digests_[i];
+    }
     void run_group(Group const& group, std::uint32_t threads)
     {
         auto const& first = study_.settings[group.members.front()];
@@ -286,8 +292,7 @@ private:
         for (std::size_t k = 0; k < priced.size(); ++k) {
             auto const i = group.members[k];
             points_[i] = std::move(priced[k]);
-            points_[i].name = study_.settings[i].name;
-            points_[i].digest = digests_[i];
+            identify(i);
             points_[i].picture = picture;
             if (!frames) points_[i].refused = refused;
             done_[i] = true;
@@ -345,18 +350,21 @@ int run(Options const& o)
     }
     auto const& points = exploration.points();
     std::vector<tilemesh::StudyPoint> const values(points.begin(), points.end());
-    auto const front = front_of(values);
     report::write_whole(o.csv, csv_of(study, points));
     report::write_whole(o.out / page_file, page_of(study, points, how));
     if (o.quiet) return 0;
     std::string text = how + "\n";
-    for (auto const i : front) {
-        if (front.size() > 20 && i != front.front() && i != front.back()) continue;
-        auto const mark = mark_of(points[i]);
-        text += "  " + points[i].name + ": " + report::decimals(points[i].psnr_db, 2) + " dB, " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
-                thousands(points[i].sram_bytes) + " bytes a tile" + (mark.empty() ? "" : "; " + mark) + "\n";
+    for (auto const& [map, front] : fronts_of(values)) {
+        text += "the front of " + map + ":\n";
+        for (auto const i : front) {
+            if (front.size() > 20 && i != front.front() && i != front.back()) continue;
+            auto const mark = mark_of(points[i]);
+            text += "  " + points[i].name + ": " + report::decimals(points[i].psnr_db, 2) + " dB, " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
+                    thousands(points[i].sram_bytes) + " bytes a tile" + (mark.empty() ? "" : "; " + mark) + "\n";
+        }
+        text += knee_text(values, front) + "\n";
     }
-    text += knee_text(values, front) + "\nwrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";
+    text += "wrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";
     shared::print(text, "the study is written; --quiet prints errors only", std::cout);
     return 0;
 }

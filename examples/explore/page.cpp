@@ -13,6 +13,7 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/quality.hpp>
+#include <utility>
 
 namespace explore {
 
@@ -53,11 +54,11 @@ struct Axis {
 };
 class Scale {
 public:
-    Scale(std::vector<Point> const& points, Axis const& axis, double from_px, double to_px) : from_(from_px), to_(to_px)
+    Scale(std::vector<Point> const& points, std::string const& map, Axis const& axis, double from_px, double to_px) : from_(from_px), to_(to_px)
     {
         bool first = true;
         for (auto const& p : points) {
-            if (!p.refused.empty()) continue;
+            if (!p.refused.empty() || p.map != map) continue;
             auto const v = axis.of(p);
             low_ = first ? v : std::min(low_, v);
             high_ = first ? v : std::max(high_, v);
@@ -93,6 +94,13 @@ private:
     bool log_ = false;
 };
 
+std::vector<std::size_t> knees_of(std::vector<tilemesh::StudyPoint> const& points)
+{
+    std::vector<std::size_t> out;
+    for (auto const& front : fronts_of(points))
+        if (auto const knee = knee_of(points, front.points)) out.push_back(*knee);
+    return out;
+}
 std::string all_measures(Point const& p)
 {
     auto const mark = mark_of(p);
@@ -100,12 +108,13 @@ std::string all_measures(Point const& p)
            thousands(p.exchanged_bytes) + " bytes exchanged" + (mark.empty() ? "" : "; " + mark);
 }
 
-/// A diagram of two measures. A point that loses something is a red cross, one whose time leaves something out a ring.
-std::string diagram(std::vector<Point> const& points, std::vector<std::size_t> const& front, std::optional<std::size_t> knee, Axis const& x_axis, Axis const& y_axis)
+/// A diagram of two measures of one map's points. A point that loses something is a red cross, one whose time leaves something out a ring.
+std::string diagram(std::vector<Point> const& points, std::string const& map, std::vector<std::size_t> const& front, std::optional<std::size_t> knee, Axis const& x_axis,
+                    Axis const& y_axis)
 {
     constexpr double width = 860, height = 420, left = 80, right = 20, top = 14, bottom = 52;
     constexpr std::size_t most_dots = 5000; // of points off the front; more cannot be told apart
-    Scale const x(points, x_axis, left, width - right), y(points, y_axis, height - bottom, top);
+    Scale const x(points, map, x_axis, left, width - right), y(points, map, y_axis, height - bottom, top);
     auto const px = [](double v) { return decimals(v, 1); };
     std::string text = "<svg role=\"img\" viewBox=\"0 0 860 420\" width=\"860\" height=\"420\" font-family=\"sans-serif\" font-size=\"12\" style=\"max-width:100%;height:auto;background:#fff\">\n";
     for (double const at : x.ticks())
@@ -125,14 +134,14 @@ std::string diagram(std::vector<Point> const& points, std::vector<std::size_t> c
                     px(cy - 4) + "\" stroke=\"#d55e00\" stroke-width=\"" + (on_front ? "3" : "1.5") + "\" fill=\"none\">";
         else
             shape = "<circle cx=\"" + px(cx) + "\" cy=\"" + px(cy) + "\" r=\"" + (on_front ? (knee == i ? "7" : "5") : "3") + "\" fill=\"" +
-                    (!p.left_out.empty() ? "none\" stroke=\"#888" : on_front ? "#0072b2" : "#bbb") + "\">";
+                    (!p.left_out.empty() ? "#fff\" stroke=\"#888" : on_front ? "#0072b2" : "#bbb") + "\">";
         shape += "<title>" + report::html_text(all_measures(p) + (knee == i ? " (the knee)" : on_front ? " (on the front)" : "")) + "</title>" +
                  (p.lost != 0 ? "</path>" : "</circle>");
         text += on_front && !p.picture.empty() ? "<a href=\"" + report::html_text(p.picture) + "\">" + shape + "</a>\n" : shape + "\n";
     };
     auto const every = std::max<std::size_t>((points.size() + most_dots - 1) / most_dots, 1);
     for (std::size_t i = 0; i < points.size(); i += every)
-        if (points[i].refused.empty() && std::find(front.begin(), front.end(), i) == front.end()) dot(i, false);
+        if (points[i].refused.empty() && points[i].map == map && std::find(front.begin(), front.end(), i) == front.end()) dot(i, false);
     for (auto const i : front) dot(i, true);
     return text + "</svg>\n";
 }
@@ -143,7 +152,7 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
 {
     auto const values = plain(points);
     auto const front = front_of(values);
-    auto const knee = knee_of(values, front);
+    auto const knees = knees_of(values);
     std::string text = "name,map,machine,program,preset,quality,capacities,costs,psnr_db,modelled_ms,cycles,sram_bytes,exchanged_bytes,lost,left_out,exchanges,"
                        "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,picture,refused\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -163,7 +172,7 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
         add(p.refused.empty() ? number(p.slowest_to_mean) : "");
         for (auto const n : {p.storage, p.channel, p.waiting}) count(n);
         add(std::find(front.begin(), front.end(), i) != front.end() ? "1" : "0");
-        add(knee == i ? "1" : "0");
+        add(std::find(knees.begin(), knees.end(), i) != knees.end() ? "1" : "0");
         add(p.picture);
         text += quoted(p.refused) + "\n";
     }
@@ -174,8 +183,11 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
 {
     constexpr std::size_t most_rows = 1000;
     auto const values = plain(points);
-    auto const front = front_of(values);
-    auto const knee = knee_of(values, front);
+    auto const fronts = fronts_of(values);
+    auto const knees = knees_of(values);
+    std::size_t on_front = 0;
+    for (auto const& front : fronts) on_front += front.points.size();
+    auto const is_knee = [&](std::size_t i) { return std::find(knees.begin(), knees.end(), i) != knees.end(); };
     std::size_t refused = 0, lossy = 0, left_out = 0;
     for (auto const& p : points) {
         refused += p.refused.empty() ? 0u : 1u;
@@ -183,8 +195,8 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
         left_out += p.left_out.empty() ? 0u : 1u;
     }
     report::HtmlReport html("Study " + study.name);
-    html.lead(knee_text(values, front));
-    std::vector<std::pair<std::string, std::string>> figures = {{"points", thousands(points.size())}, {"on the front", thousands(front.size())},
+    for (auto const& front : fronts) html.lead((fronts.size() > 1 ? "Map " + front.map + ": " : "") + knee_text(values, front.points));
+    std::vector<std::pair<std::string, std::string>> figures = {{"points", thousands(points.size())}, {"on the front", thousands(on_front)},
                                                                {"lose something", thousands(lossy)}, {"do not run", thousands(refused)}};
     html.figures(figures);
     html.paragraph(how);
@@ -195,19 +207,27 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
     Axis const psnr{"PSNR of the worst frame, dB", [](Point const& p) { return std::min(p.psnr_db, 150.0); }};
     Axis const sram{"SRAM that a tile uses, bytes", [](Point const& p) { return static_cast<double>(p.sram_bytes); }};
     Axis const bytes{"bytes exchanged", [](Point const& p) { return static_cast<double>(p.exchanged_bytes); }};
-    bool const any = refused < points.size();
-    if (any) html.section("Error against time").paragraph("@diagram 1@").section("Time against SRAM").paragraph("@diagram 2@")
-                 .section("Time against bytes exchanged").paragraph("@diagram 3@");
     auto const row_of = [&](std::size_t i) -> std::vector<std::string> {
         auto const& p = points[i];
         if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", p.refused};
         return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), thousands(p.sram_bytes), thousands(p.exchanged_bytes), thousands(p.lost),
-                thousands(p.exchanges), decimals(p.slowest_to_mean, 2), (knee == i ? "knee" : "") + std::string(knee == i && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
+                thousands(p.exchanges), decimals(p.slowest_to_mean, 2), (is_knee(i) ? "knee" : "") + std::string(is_knee(i) && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
     };
     std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "SRAM, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile", "mark"};
     std::vector<std::vector<std::string>> rows;
-    for (auto const i : front) if (rows.size() < most_rows) rows.push_back(row_of(i));
-    html.section("The front").table(headers, rows);
+    std::vector<std::string> diagrams;
+    for (auto const& front : fronts) {
+        std::string const of = fronts.size() > 1 ? " of " + front.map : "";
+        if (std::any_of(points.begin(), points.end(), [&](Point const& p) { return p.map == front.map && p.refused.empty(); }))
+            for (auto const& [heading, y] : {std::pair("Error against time", &psnr), std::pair("Time against SRAM", &sram), std::pair("Time against bytes exchanged", &bytes)}) {
+                diagrams.push_back(diagram(points, front.map, front.points, knee_of(values, front.points), ms, *y));
+                html.section(heading + of).paragraph("@diagram " + std::to_string(diagrams.size()) + "@");
+            }
+        rows.clear();
+        for (auto const i : front.points)
+            if (rows.size() < most_rows) rows.push_back(row_of(i));
+        html.section("The front" + of).table(headers, rows);
+    }
     rows.clear();
     for (std::size_t i = 0; i < points.size() && rows.size() < most_rows; ++i) rows.push_back(row_of(i));
     html.folded_section(rows.size() < points.size() ? "The first " + thousands(rows.size()) + " of " + thousands(points.size()) + " points" : "All points",
@@ -219,11 +239,9 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
     html.folded_section("What is known of the machines", report::HtmlFold::closed, [&] { html.table({"machine", "its numbers"}, machines); });
     html.paragraph(tilemesh::modelled_text);
     auto text = html.str();
-    for (std::size_t k = 1; any && k <= 3; ++k) {
-        std::string const place = "<p>@diagram " + std::to_string(k) + "@</p>";
-        auto const at = text.find(place);
-        if (at != text.npos)
-            text.replace(at, place.size(), diagram(points, front, knee, ms, k == 1 ? psnr : k == 2 ? sram : bytes));
+    for (std::size_t k = 0; k < diagrams.size(); ++k) {
+        std::string const place = "<p>@diagram " + std::to_string(k + 1) + "@</p>";
+        if (auto const at = text.find(place); at != text.npos) text.replace(at, place.size(), diagrams[k]);
     }
     return text;
 }

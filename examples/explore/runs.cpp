@@ -188,6 +188,7 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
     auto const model = model_of(s);
     auto point = frames.point;
     point.name = s.name;
+    point.map = s.subject->name;
     point.digest = std::move(digest);
     if (!s.prices->model) { // a parameter that the study sets is not unknown any more
         auto const names_of = [](std::string const& number) { return number == "barrier" ? std::string("sync") : number == "exchange_start" ? "exchange"

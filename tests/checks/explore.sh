@@ -60,6 +60,22 @@ awk -F, -v name="$name" '$1 == name { exit !($12 <= 262144 && $12 + 136 > 262144
 explores many.json --csv one.csv --out one --threads 1
 same many.csv one.csv
 
+# Maps are not compared with each other: each has its front.
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
+    printf 'property float %s\n' x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3
+    printf 'end_header\n0 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0\n'
+} >one.ply
+cat >maps.json <<'JSON'
+{"maps": ["built-in", "one.ply"], "size": [80, 48], "views": {"frames": 2, "degrees": 1}, "machines": ["mk2.txt"], "programs": ["homes"],
+ "costs": ["machine", {"exchange_byte": 125}, {"exchange_byte": 500}]}
+JSON
+explores maps.json --csv maps.csv --out maps
+equal "points on a front" "$(awk -F, '$23 == 1 { print $2 }' maps.csv | tr '\n' ' ')" "built-in one "
+has maps/index.html 'The front of one'
+"$render_map" one.ply --size 80x48 --orbit 1 --frames 2 --machine mk2.txt --program homes --trace t --quiet --out o --report o.json >log 2>&1 || fail "render_map: $(cat log)"
+equal "cycles of two frames" "$(awk -F, 'NR == 5 { print $11 }' maps.csv)" "$(($(counter o.json cycles 0) + $(counter o.json cycles 1)))"
+
 # --- a run that goes on ------------------------------------------------------------------------------
 run three.json --csv again.csv --out three >stdout 2>stderr || fail "status $?"
 has stderr '^3 points: 3 from an earlier run, 0 runs for 0 points'

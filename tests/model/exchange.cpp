@@ -225,6 +225,7 @@ TEST_CASE("a model's file holds its network: written and read back equal, with t
     refuses("network.hop", "network.hop 9 cycles", "has no source");
     refuses("network.hop", "network.hops 9 cycles x", "use network, network.nodes");
     refuses("network.packet", "", "without its packets");
+    refuses("network.hop", "network.hops 9 millicycles x", "use network, network.nodes"); // no operation has such a name
 
     m.network->hop.source.clear();
     CHECK(has(error_of([&] { (void)text_of(m); }), "the source of network.hop is not one line"));

@@ -37,6 +37,7 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
             if (random.below(6) == 0) points.back().refused = "it does not fit";
             if (random.below(6) == 0) points.back().left_out = "vote";
             points.back().lost = random.below(3);
+            points.back().map = random.below(3) == 0 ? "b" : "a";
         }
         std::vector<std::size_t> by_hand;
         for (std::size_t i = 0; i < points.size(); ++i) {
@@ -44,7 +45,7 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
             bool on_front = points[i].refused.empty() && points[i].left_out.empty();
             for (auto const& other : points) {
                 double const its[4] = {-other.psnr_db, other.modelled_ms, double(other.sram_bytes), double(other.exchanged_bytes)};
-                bool all = other.refused.empty() && other.left_out.empty(), some = false;
+                bool all = other.refused.empty() && other.left_out.empty() && other.map == points[i].map, some = false;
                 for (int k = 0; k < 4; ++k) {
                     all = all && its[k] <= mine[k];
                     some = some || its[k] < mine[k];
@@ -55,7 +56,15 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
         }
         auto front = front_of(points);
         CHECK(std::is_sorted(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return points[a].modelled_ms < points[b].modelled_ms; }));
+        std::vector<std::size_t> of_maps;
+        for (auto const& one : fronts_of(points))
+            for (auto const i : one.points) {
+                CHECK(points[i].map == one.map);
+                of_maps.push_back(i);
+            }
+        std::sort(of_maps.begin(), of_maps.end());
         std::sort(front.begin(), front.end());
+        CHECK(of_maps == front);
         CHECK(front == by_hand);
     }
 }

@@ -116,7 +116,7 @@ total=$(wc -l <"$work/faults")
 
 # ---- trees: each job has a copy of the project of its own; `pristine` holds the files as they were
 mkdir "$work/pristine"
-cp -R "$root"/include "$root"/examples "$root"/bench "$root"/tests "$root"/.github "$root"/.ci "$work/pristine" &&
+cp -R "$root"/include "$root"/examples "$root"/bench "$root"/tests "$root"/machines "$root"/.github "$root"/.ci "$work/pristine" &&
     find "$root" -maxdepth 1 -type f -exec cp {} "$work/pristine" \; || exit 2
 for ((job = 1; job <= jobs; ++job)); do cp -R "$work/pristine" "$work/tree_$job" || exit 2; done
 

@@ -20,16 +20,25 @@ struct StudyPoint {
     std::uint64_t lost = 0;            ///< records, copies and unfinished tiles that the pictures lack
     std::string left_out{};            ///< numbers of the machine that are unknown, so that the time is one "at least"
     std::string refused{};             ///< why the setting cannot run; then no number counts
+    std::string map{};                 ///< with its views: points of different maps are not compared
 };
 
-/// Does `a` beat `b`: no number is worse, and one is better? A point that cannot run, or whose time leaves something out, beats none.
+/// Does `a` beat `b`: of the same map, no number is worse, and one is better? A point that cannot run, or whose time leaves something out, beats none.
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept;
 
 /// The Pareto front by error, time, SRAM and bytes exchanged: indices of the points that no other one beats, by time. Points that cannot run,
 /// and those whose time leaves something out, are not on it. Cost: n^2 comparisons.
 TILEMESH_HOST std::vector<std::size_t> front_of(std::span<StudyPoint const> points);
 
-/// The knee of a front: among its points that no other one beats by time and gain alone, the farthest above the straight line from the fastest
+/// The points of one map on the front, by time.
+struct MapFront {
+    std::string map;
+    std::vector<std::size_t> points;
+};
+/// The front of each map, in the order in which maps occur; empty for a map without a point on it.
+TILEMESH_HOST std::vector<MapFront> fronts_of(std::span<StudyPoint const> points);
+
+/// The knee of one map's front: among its points that no other one beats by time and gain alone, the farthest above the straight line from the fastest
 /// to the slowest, both axes from 0 to 1. The gain is PSNR; if all points have one PSNR, less SRAM; then fewer bytes. Nothing if there
 /// are fewer than three such points. An infinite PSNR counts as 150 dB.
 TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front);

@@ -31,6 +31,9 @@ TILEMESH_HOST std::string network_lines(Network const& network);
 
 /// A whole number from `least` to `most`; nothing for any other text.
 TILEMESH_HOST std::optional<std::uint64_t> number_within(std::string_view text, std::uint64_t least, std::uint64_t most);
+/// The rows of a table: name, value, unit, source of each line that a file would have, but for the network's name.
+TILEMESH_HOST std::vector<std::vector<std::string>> network_rows(Network const& network);
+
 /// "32" or "32/3", whole numbers from 0 to `most` and from 1 to 10^8; nothing for any other text.
 TILEMESH_HOST std::optional<NetworkNumber> rate_of(std::string_view text, std::uint64_t most);
 TILEMESH_HOST std::string rate_text(std::uint64_t value, std::uint64_t per);

@@ -56,6 +56,7 @@ public:
         std::string keyword, what, a_what;
         std::string_view unit;   ///< a line with this unit and a name without a rule is an operation's; empty: there are none
         std::uint64_t most = 0;  ///< the largest value of an operation
+        bool network = false;    ///< `network` and names that begin with `network.` are no operations
     };
     TILEMESH_HOST ParameterFile(std::istream& in, std::string const& file_name, Kind kind,
                                 std::vector<ParameterRule> rules);
@@ -115,9 +116,10 @@ private:
         if (is_new) {
             auto after = rest;
             take_word(after);
-            if (kind_.unit.empty() || !is_operation_name(first) || take_word(after) != kind_.unit)
+            bool const of_network = first == "network" || first.substr(0, 8) == "network.";
+            if (kind_.unit.empty() || (kind_.network && of_network) || !is_operation_name(first) || take_word(after) != kind_.unit)
                 refuse("has an unknown parameter", "\"" + shown(first) + "\"",
-                       "use " + all_names(first.substr(0, 7) == "network") +
+                       "use " + all_names(of_network) +
                            (kind_.unit.empty() ? "" : ", or the name of an operation and the unit " + std::string(kind_.unit)));
             if (rules_.size() == known_ + most_operations)
                 refuse("has one operation more than " + std::to_string(most_operations), "\"" + shown(first) + "\"",

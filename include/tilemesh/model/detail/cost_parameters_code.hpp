@@ -220,7 +220,7 @@ TILEMESH_HOST CostModel read_cost_model(std::istream& in, std::string const& fil
     auto rules_of_file = fixed;
     rules_of_file.insert(rules_of_file.end(), of_network.begin(), of_network.end());
     d::NetworkReader network;
-    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles}, rules_of_file};
+    d::ParameterFile file{in, file_name, {"model", "cost model", "a cost model", "millicycles", most_millicycles, true}, rules_of_file};
     file.read(
         [&](std::size_t at, std::string_view word, auto const& refuse) -> std::optional<std::uint64_t> {
             if (at >= fixed.size() && at < rules_of_file.size()) return network.word(rules_of_file[at].name, word, refuse);

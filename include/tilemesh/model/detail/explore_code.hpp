@@ -46,7 +46,7 @@ TILEMESH_HOST Gain gain_of(std::span<StudyPoint const> points, std::span<std::si
 
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept
 {
-    if (!model_detail::counts(a)) return false;
+    if (!model_detail::counts(a) || a.map != b.map) return false;
     bool const no_worse = a.psnr_db >= b.psnr_db && a.modelled_ms <= b.modelled_ms && a.sram_bytes <= b.sram_bytes && a.exchanged_bytes <= b.exchanged_bytes;
     bool const better = a.psnr_db > b.psnr_db || a.modelled_ms < b.modelled_ms || a.sram_bytes < b.sram_bytes || a.exchanged_bytes < b.exchanged_bytes;
     return no_worse && better;
@@ -60,6 +60,18 @@ TILEMESH_HOST std::vector<std::size_t> front_of(std::span<StudyPoint const> poin
             front.push_back(i);
     std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return points[a].modelled_ms < points[b].modelled_ms; });
     return front;
+}
+
+TILEMESH_HOST std::vector<MapFront> fronts_of(std::span<StudyPoint const> points)
+{
+    std::vector<MapFront> out;
+    auto const of = [&](std::string const& map) -> MapFront& {
+        auto const at = std::find_if(out.begin(), out.end(), [&](MapFront const& front) { return front.map == map; });
+        return at != out.end() ? *at : out.emplace_back(MapFront{map, {}});
+    };
+    for (auto const& point : points) of(point.map);
+    for (auto const i : front_of(points)) of(points[i].map).points.push_back(i);
+    return out;
 }
 
 TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front)

@@ -110,6 +110,19 @@ TILEMESH_HOST std::string network_lines(Network const& n)
     return text;
 }
 
+TILEMESH_HOST std::vector<std::vector<std::string>> network_rows(Network const& n)
+{
+    std::vector<std::vector<std::string>> rows;
+    auto const by = [](std::uint32_t a, std::uint32_t b) { return std::to_string(a) + "x" + std::to_string(b); };
+    std::string const prefix(network_prefix);
+    rows.push_back({prefix + "nodes", by(n.columns, n.rows) + (n.torus ? ", a torus" : ", a mesh"), "nodes", n.sources.nodes});
+    for (auto const& line : network_numbers)
+        if (auto const& number = n.*line.number; !(number == NetworkNumber{}))
+            rows.push_back({prefix + line.name, rate_text(number.value, number.per), line.unit, number.source});
+    if (n.chip_columns != 0) rows.push_back({prefix + "chip", by(n.chip_columns, n.chip_rows), "nodes", n.sources.chip});
+    return rows;
+}
+
 TILEMESH_HOST std::optional<std::uint64_t> NetworkReader::word(std::string_view name, std::string_view text, Refuse const& refuse)
 {
     any_ = true;

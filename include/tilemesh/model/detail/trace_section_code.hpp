@@ -20,6 +20,7 @@
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/exchange.hpp>
+#include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
@@ -267,6 +268,11 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& mod
         rows.push_back({p.name, word ? std::string(kinds[static_cast<std::size_t>(p.value)]) : report::thousands(p.value), word ? "" : p.unit,
                         std::string(price_kind_names[static_cast<std::size_t>(p.kind)]), p.source});
     }
+    if (model.network)
+        for (auto& row : model_detail::network_rows(*model.network)) {
+            row.insert(row.begin() + 3, std::string(price_kind_names[static_cast<std::size_t>(kind_of_source(row[3]))]));
+            rows.push_back(std::move(row));
+        }
     html.folded_section("Cost model " + model.name, report::HtmlFold::closed,
                         [&] { html.table({"parameter", "value", "unit", "known as", "source"}, rows); });
 }
