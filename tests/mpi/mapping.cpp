@@ -1,0 +1,46 @@
+#include "../mapping/support.hpp"
+#include "on_ranks.hpp"
+#include <algorithm>
+#include <doctest/doctest.h>
+#include <tilemesh/mapping/mesh_refiner.hpp>
+#include <type_traits>
+#include <utility>
+
+using namespace mpi_test;
+namespace map = tilemesh::splat::map;
+
+TEST_CASE("mapping steps: words, counters and digests of every superstep are those of Mesh, also where records move")
+{
+    using Optimiser = map::SecondMomentByKind;
+    using Program = map::MapStep<Optimiser>;
+    auto gaussians = support::cloud(60, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -4.0f);
+    auto const truth = support::map_of(std::move(gaussians));
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 50), support::lens(64, 50, 0.2f)});
+    mapping::MeshRefineOptions o;
+    o.refine.view = {{32, 10}, 1, {1, 0.5f, 0, 0, 4}};
+    o.machine = size_of_machine<Roomy>();
+    o.channel_slots = 3;
+    o.entry_slots = 200;
+    mapping::MeshRefiner<Optimiser, Mesh, Roomy> refiner(support::mapping::spoilt(truth, 2, 5), views.cameras[0], o);
+    refiner.step(views.cameras[1], views.targets[1], map::usual_rates(2));
+    REQUIRE(refiner.lost().copies == 0);
+    // Each rank goes on from there: records move to the tiles of the second view, and step by it.
+    auto const load = [&](auto& mesh) {
+        auto const copy = [&](auto const* type) {
+            using List = std::remove_const_t<std::remove_pointer_t<decltype(type)>>;
+            for (auto [tile, list] : mesh.template states<List>())
+                for (auto const& item : refiner.mesh().template state<List>(tile)) list.push(item);
+        };
+        copy(static_cast<map::Records const*>(nullptr));
+        copy(static_cast<map::OptimiserStates<Optimiser> const*>(nullptr));
+        copy(static_cast<map::TargetPixels const*>(nullptr));
+        auto& step = mesh.template broadcast<map::StepParameters>();
+        step = refiner.mesh().template broadcast<map::StepParameters>();
+        step.rests = 1;
+    };
+    auto const last = on_ranks<Program, Roomy>(refiner.mesh().grid(), load, 2, Program{},
+                                               mesh_sizes<Program>(size_of_machine<Roomy>(), refiner.sizes()));
+    CHECK(last.messages() > 0);
+}
