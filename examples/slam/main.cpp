@@ -10,6 +10,7 @@
 #include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "page.hpp"
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -118,7 +119,8 @@ void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
     printer.say("frame " + std::to_string(k) + ": " + track::name_of(t.verdict) + (t.why.empty() ? "" : ", ") + t.why + ", " +
                 std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + "\n");
     out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(t.verdict) + "\", \"why\": " +
-                  json_text(t.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(t.solution.evaluations) +
+                  json_text(t.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " +
+                  std::to_string(t.solution.evaluations) +
                   ", \"mean_cost\": " + number(t.mean_cost) + ", \"keyframe\": " + (f.keyframe ? "true" : "false") + ", \"host_ms\": " +
                   number(ms) + ", \"rotation_error_deg\": " + errors + "}";
 }
@@ -152,24 +154,31 @@ struct Facts {
 };
 /// Writes the map and the trajectories, then compares, and writes the report.
 template <class View>
-void write_all(Options const& o, slam::Session& session, Outcome const& out, Facts const& facts, View const& view, Printer& printer)
+void write_all(Options const& o, slam::Session& session, Outcome const& out, Facts const& facts,
+               slam_program::Growth const* growth, View const& view, Printer& printer)
 {
     auto const bytes = scene::ply_bytes(session.map());
     report::write_whole(o.out / "map.ply", bytes);
     std::vector<scene::StampedPose> estimated;
     for (auto const& d : out.done) estimated.push_back({d.seconds, d.pose});
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(shared::in_file_coordinates(std::move(estimated), facts.origin)));
-    if (!out.truth.empty())
-        report::write_whole(o.out / "truth.tum", scene::tum_text(shared::in_file_coordinates(out.truth, facts.origin)));
+    estimated = shared::in_file_coordinates(std::move(estimated), facts.origin);
+    auto const truth = shared::in_file_coordinates(out.truth, facts.origin);
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
+    if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
 
     std::size_t compared = 0;
     double const psnr = mean_psnr(session, out, compared, view), frames = static_cast<double>(out.done.size());
     std::string errors;
+    std::vector<std::pair<std::string, std::string>> numbers{{"Gaussians", std::to_string(session.map().gaussians.size())},
+                                                             {"frames", std::to_string(out.done.size())},
+                                                             {"lost", std::to_string(out.lost)},
+                                                             {"PSNR of other frames, dB", rounded(psnr)}};
     if (!out.truths.empty()) {
         auto const e = track::trajectory_errors(out.estimates, out.truths);
         errors = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " +
                  number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) + ", \"rotation_rmse_deg\": " +
                  number(e.rotation_deg.rmse) + ", ";
+        numbers.emplace_back("error of positions, share of the median depth", rounded(e.ate.rmse / facts.scale));
         printer.say("ATE " + rounded(e.ate.rmse) + " world units (" + rounded(e.ate.rmse / facts.scale) + " of the median depth), " +
                     rounded(e.rotation_deg.rmse) + " degrees\n");
     }
@@ -177,13 +186,16 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
     if (o.report)
         report::write_whole(
             *o.report, "{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"keyframes\": [\n" + out.keyframes +
-                           "\n  ],\n  \"summary\": {" + errors + "\"median_depth\": " + number(facts.scale) + ", \"frames\": " + std::to_string(out.done.size()) +
+                           "\n  ],\n  \"summary\": {" + errors + "\"median_depth\": " + number(facts.scale) + ", \"frames\": " +
+                           std::to_string(out.done.size()) +
                            ", \"frames_lost\": " + std::to_string(out.lost) + ", \"keyframes\": " + std::to_string(out.keyframe_count) +
                            ", \"psnr_db\": " + number(psnr) + ", \"frames_compared\": " + std::to_string(compared) + ", \"gaussians\": " +
                            std::to_string(gaussians) + ", \"optimiser\": \"" + slam::name_of(o.optimiser) + "\", \"map_sha256\": \"" +
                            shared::sha256(bytes) + "\", \"evaluations\": " + std::to_string(out.evaluations) + ", \"keyframe_host_ms\": " +
                            number(out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count))) +
                            ", \"host_ms_per_frame\": " + number(out.all_ms / frames) + "}\n}\n");
+    if (growth != nullptr)
+        report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()), estimated, truth));
     printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
                 " keyframes, " + std::to_string(gaussians) + " Gaussians; " + rounded(psnr) + " dB in " + std::to_string(compared) +
                 " other frames; " + rounded(out.all_ms / frames) + " ms a frame\n");
@@ -241,19 +253,24 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.mapper.first_steps = 2 * o.steps;
     how.mapper.insert.cell = o.cell;
     how.mapper.threads = o.threads;
-    how.tracker.method = o.method;
+    // Far motions are many pixels of a large picture: there, forward mode lost 4 of 30 frames, and hybrid none (README.md).
+    how.tracker.method = o.method.value_or(lens.width < 320 ? track::Method::forward : track::Method::hybrid);
     how.keyframe_every = o.keyframe_every;
     how.most_open = o.most_open;
     how.with_exposure = o.photos || (o.noise > 0.0 && o.gain_drift > 0.0);
     slam::Session session(std::move(map), lens, facts.scale, start, how);
 
     Outcome out;
+    std::optional<slam_program::Growth> growth;
+    if (o.page) growth.emplace(start, lens);
     auto const write = [&] {
-        write_all(o, session, out, facts, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
+        write_all(o, session, out, facts, growth ? &*growth : nullptr, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
     };
     try {
-        for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k)
+        for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k) {
             add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
+            if (growth && out.done.back().keyframe) growth->see(session.mapper(), k);
+        }
     } catch (...) {
         if (out.done.empty()) throw;
         try {

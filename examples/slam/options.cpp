@@ -31,7 +31,7 @@ byte, whatever the number of threads.
   --noise SIGMA              0 to 1: noise; other than 0 also 8 bits, depth errors with holes, a drifting gain, motion blur [0.02]
   --shutter SHARE            0 to 1: the share of a frame's time in which the shutter is open [0.5]
   --gain-drift SHARE         0 to 0.9: how far the gain drifts [0.1]
-  --method NAME              how frames are tracked: hybrid | forward [forward]
+  --method NAME              how frames are tracked: hybrid | forward [hybrid; forward for pictures of less than 320 pixels across]
   --keyframe-every N         a keyframe after so many frames [5]
   --open SHARE               0 to 1: a keyframe where more of a picture is not covered [0.08]
   --steps N                  steps of refinement after a keyframe, twice as many after the first [30]
@@ -40,6 +40,7 @@ byte, whatever the number of threads.
   --cell N                   new Gaussians stand for cells of N x N pixels [2]
   --threads N                [1]
   --report FILE              a report as JSON
+  --page FILE                a page as HTML: numbers, three pictures of the map while it grows, the path
   --out DIR                  folder for map.ply, estimated.tum and truth.tum [.]
   --quiet                    print errors only
 )";
@@ -79,6 +80,7 @@ std::optional<Options> options_of(int argc, char** argv)
             if (!o.trajectory_format) values.refuse(name, text, "it takes tum, euroc, kitti or replica");
         }
         else if (name == "--report") o.report = value();
+        else if (name == "--page") o.page = value();
         else if (name == "--out") o.out = value();
         else if (name == "--frames") o.frames = values.whole(name, value(), 1, 1'000'000);
         else if (name == "--every") o.every = values.whole(name, value(), 1, 1'000'000);

@@ -22,8 +22,8 @@ struct Options : shared::SequenceOptions {
     std::uint32_t frames = 60, keyframe_every = 5, steps = 30, finish = 5, cell = 2;
     double most_open = 0.08;
     tilemesh::slam::Optimiser optimiser = tilemesh::slam::Optimiser::adam;
-    tilemesh::track::Method method = tilemesh::track::Method::forward;
-    std::optional<std::filesystem::path> report;
+    std::optional<tilemesh::track::Method> method; ///< none: hybrid, or forward for pictures of less than 320 pixels across
+    std::optional<std::filesystem::path> report, page;
     std::filesystem::path out = ".";
 };
 

@@ -45,10 +45,12 @@ std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::s
 
 void prepare_outputs(Options const& options, std::vector<fs::path> const& read)
 {
-    constexpr char const *out_remedy = "name another directory with --out", *report_remedy = "name another file with --report";
+    constexpr char const *out_remedy = "name another directory with --out", *report_remedy = "name another file with --report",
+                         *page_remedy = "name another file with --page";
     shared::make_folder(options.out, "--out");
     for (char const* const name : out_files) shared::check_file(options.out / name, "a result", out_remedy);
     if (options.report) shared::check_file(*options.report, "the report", report_remedy);
+    if (options.page) shared::check_file(*options.page, "the page", page_remedy);
     tilemesh::report::DistinctFiles files;
     for (auto const& file : read) files.read(file);
     if (!options.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
@@ -58,6 +60,7 @@ void prepare_outputs(Options const& options, std::vector<fs::path> const& read)
     };
     files.write_into(options.out, is_result, "a result", out_remedy);
     if (options.report) files.write(*options.report, "the report", report_remedy);
+    if (options.page) files.write(*options.page, "the page", page_remedy);
 }
 
 } // namespace slam_program

@@ -11,7 +11,7 @@ case $2 in /*) track_camera=$2 ;; *) track_camera=$PWD/$2 ;; esac
 # --- the command line --------------------------------------------------------------------------
 runs --help
 for option in --photos --render --map --cameras --camera --trajectory --trajectory-format --relative --near --depth-scale --frames --every \
-    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --out --quiet; do
+    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --page --out --quiet; do
     has stdout "^  $option "
 done
 
@@ -20,7 +20,7 @@ done
 value() { sed -nE "s/.*\"summary\": .*\"$2\": \"?([0-9a-fA-Z.e+-]+)\"?[,}].*/\\1/p" "$1"; }
 short="--frames 12 --size 96x54"
 # shellcheck disable=SC2086 # $short is several words
-runs $short --out first --report first.json
+runs $short --out first --report first.json --page first.html
 is_json first.json
 equal "frames that were lost" "$(value first.json frames_lost)" 0
 equal "frames" "$(grep -c '"status":' first.json)" 12
@@ -39,6 +39,10 @@ if command -v sha256sum >/dev/null; then
 else
     skip "sha256sum is absent, so nobody else computes the hash"
 fi
+equal "pictures of the page" "$(grep -o 'data:image/png;base64' first.html | wc -l)" 3
+has first.html 'after frame 0'
+has first.html 'after frame 11'
+has first.html '</svg>'
 for threads in 1 2 3; do
     # shellcheck disable=SC2086
     runs $short --out again --threads $threads --report again.json --quiet
@@ -161,9 +165,13 @@ for input in wall.ply cameras.json groundtruth.txt; do
     done
     # shellcheck disable=SC2086
     refuses 'this run reads that file' $words --out o --report in/../in/$input
+    # shellcheck disable=SC2086
+    refuses 'this run reads that file' $words --out o --page ./in/$input
 done
 # shellcheck disable=SC2086
 refuses 'has that name\|is the file of' $words --out o --report o/map.ply
+# shellcheck disable=SC2086
+refuses 'has that name\|is the file of' $words --out o --report o.json --page o.json
 cp in/wall.ply map_before.ply && mkdir start && cp wall.ply start/map.ply
 refuses 'this run reads that file' --map start/map.ply --frames 1 --out start
 same start/map.ply wall.ply

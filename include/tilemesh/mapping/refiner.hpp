@@ -109,8 +109,8 @@ public:
     /// break ties of depth, so with equal ids bits would depend on the order of the records.
     void add(std::span<splat::Gaussian const> more)
     {
+        resize(map_.gaussians.size() + more.size()); // first: where memory ends, no Gaussian is without its harmonics
         map_.gaussians.insert(map_.gaussians.end(), more.begin(), more.end());
-        resize(map_.gaussians.size());
     }
     /// Removes each Gaussian g for which `goes(g)` is true, with its harmonics and optimiser state. All others keep theirs, their ids and
     /// their order. Returns how many went.

@@ -1,0 +1,68 @@
+#include "page.hpp"
+#include "../shared/png.hpp"
+#include <cstdint>
+#include <tilemesh/report/html.hpp>
+#include <tilemesh/report/plot.hpp>
+
+namespace slam_program {
+
+namespace report = tilemesh::report;
+namespace scene = tilemesh::scene;
+namespace slam = tilemesh::slam;
+
+Growth::Growth(scene::Pose const& first, scene::Intrinsics lens)
+{
+    lens.fx /= 2, lens.fy /= 2;
+    camera_ = scene::make_camera(first, lens);
+}
+
+Growth::Picture Growth::picture_of(slam::Mapper& mapper, std::size_t frame) const
+{
+    return {frame, mapper.map().gaussians.size(), shared::png_bytes(mapper.render(camera_).colour)};
+}
+
+void Growth::see(slam::Mapper& mapper, std::size_t frame)
+{
+    constexpr std::size_t most = 64;
+    if (keyframes_++ % every_ != 0) return;
+    seen_.push_back(picture_of(mapper, frame));
+    if (seen_.size() < most) return;
+    for (std::size_t i = 0; 2 * i < most; ++i) seen_[i] = std::move(seen_[2 * i]);
+    seen_.resize(most / 2);
+    every_ *= 2;
+}
+
+std::vector<Growth::Picture> Growth::three(slam::Mapper& mapper, std::size_t frames) const
+{
+    std::vector<Picture> out;
+    if (seen_.empty()) return out;
+    out.push_back(seen_.front());
+    if (seen_.size() > 2) out.push_back(seen_[seen_.size() / 2]);
+    out.push_back(picture_of(mapper, frames - 1));
+    return out;
+}
+
+std::string page_of(std::vector<std::pair<std::string, std::string>> const& numbers, std::vector<Growth::Picture> const& pictures,
+                    std::vector<scene::StampedPose> const& estimated, std::vector<scene::StampedPose> const& truth)
+{
+    report::HtmlReport page("A map from nothing");
+    page.lead("The map grew while its camera moved, from pictures with depth alone.").figures(numbers);
+    std::vector<report::HtmlCard> cards;
+    for (auto const& p : pictures)
+        cards.push_back({"after frame " + std::to_string(p.frame), std::to_string(p.gaussians) + " Gaussians", p.png,
+                         "the map after frame " + std::to_string(p.frame)});
+    if (!cards.empty())
+        page.section("The map").paragraph("From the first pose, with a lens that is twice as wide.").gallery({}, cards);
+    report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
+    for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
+        if (poses->empty()) continue;
+        report::PlotSeries series{name, {}};
+        series.colour = static_cast<std::uint32_t>(plot.series.size());
+        for (auto const& p : *poses) series.points.emplace_back(p.pose.position.x, p.pose.position.z);
+        plot.series.push_back(std::move(series));
+    }
+    page.section("The path").svg(report::svg(plot));
+    return page.str();
+}
+
+} // namespace slam_program
