@@ -54,5 +54,7 @@ public:
 };
 std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
                                                    tilemesh::RendererOptions const&);
+/// The same with facts that no choice has, as messages of other bytes.
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::SetupFacts, tilemesh::RendererOptions const&);
 
 } // namespace bench

@@ -1,6 +1,7 @@
 #pragma once
 #include "machine.hpp"
 #include <tilemesh/render/frame_renderer.hpp>
+#include <utility>
 
 namespace bench {
 
@@ -10,7 +11,12 @@ class MachineOver : public Base {
 public:
     MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
                 tilemesh::RendererOptions const& options, typename Renderer::EngineOptions engine = {})
-        : renderer_(map, tilemesh::render::facts_of(setup), options, engine)
+        : MachineOver(map, tilemesh::render::facts_of(setup), options, engine)
+    {
+    }
+    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
+                typename Renderer::EngineOptions engine = {})
+        : renderer_(map, std::move(facts), options, engine)
     {
     }
     void wake(tilemesh::splat::Camera const& camera) override

@@ -1,6 +1,7 @@
 #include "machine_over.hpp"
 #include <optional>
 #include <tilemesh/renderer.hpp>
+#include <utility>
 
 namespace bench {
 
@@ -14,8 +15,8 @@ class MachineWithTrace final : public MachineOver<TracedMachine, Renderer> {
     using P = Renderer::Policies;
 
 public:
-    MachineWithTrace(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup, tilemesh::RendererOptions const& options)
-        : MachineOver(map, setup, options, traced())
+    MachineWithTrace(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options)
+        : MachineOver(map, std::move(facts), options, traced())
     {
     }
 
@@ -69,7 +70,12 @@ private:
 std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
                                                    tilemesh::RendererOptions const& options)
 {
-    return std::make_unique<MachineWithTrace>(map, setup, options);
+    return make_traced_machine(map, tilemesh::render::facts_of(setup), options);
+}
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
+                                                   tilemesh::RendererOptions const& options)
+{
+    return std::make_unique<MachineWithTrace>(map, std::move(facts), options);
 }
 
 } // namespace bench
