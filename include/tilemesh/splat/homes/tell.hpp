@@ -28,12 +28,11 @@ struct Tell {
         auto const keep = [&](std::uint32_t tx, std::uint32_t ty, WindowNotice const& notice) noexcept {
             if (tx >= columns || ty >= rows) return;
             if constexpr (FrameParameters::has_districts)
-                widen(table[(ty >> shift) * across + (tx >> shift)], notice);
-            else
-                table[ty * columns + tx] = notice;
+                if (shift != 0) return widen(table[(ty >> shift) * across + (tx >> shift)], notice);
+            table[ty * columns + tx] = notice;
         };
         if constexpr (FrameParameters::has_districts)
-            if (pass == 0)
+            if (pass == 0 && shift != 0)
                 for (WindowNotice& notice : table) notice = {infinite_depth, 0, 0xffffffffu};
         if (pass == 0) {
             WindowNotice const own{window.lo_depth, window.hi_depth, window.finished}; // a tile that is done wants no finite depth
@@ -56,9 +55,9 @@ struct Tell {
             for (Direction from : {Direction::north, Direction::south}) {
                 if (in[from].empty()) continue;
                 std::uint32_t const ty = from == Direction::north ? y - distance : y + distance, n = in[from].size();
-                if constexpr (FrameParameters::has_districts) {
-                    for (std::uint32_t i = 0; i < n && ty < rows; ++i) widen(table[(ty >> shift) * across + i], in[from][i]);
-                } else {
+                if constexpr (FrameParameters::has_districts)
+                    for (std::uint32_t i = 0; shift != 0 && i < n && ty < rows; ++i) widen(table[(ty >> shift) * across + i], in[from][i]);
+                if (shift == 0) {
                     if (ty < rows) __builtin_memcpy(table.begin() + ty * columns, in[from].begin(), n * sizeof(WindowNotice));
                 }
                 if (pass < last) send_along(here, out, opposite(from), in[from].begin(), n);
