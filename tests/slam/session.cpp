@@ -152,6 +152,16 @@ TEST_CASE("session: the second frame is judged by the first, although the first 
     CHECK(second.tracked.verdict == Verdict::lost);
     CHECK_FALSE(second.keyframe);
     CHECK(session.add(frame_at(truth, 2)).tracked.verdict != Verdict::lost);
+
+    auto other = begun(o);
+    other.add(frame_at(truth, 0));
+    auto few = frame_at(truth, 1); // a third of the pixels counts: less than half of the first frame's
+    for (std::uint32_t y = 0; y < 60; ++y)
+        for (std::uint32_t x = 0; x < 96; ++x)
+            if (x % 24 >= 8) few.colour.pixel(x, y)[0] = std::numeric_limits<float>::quiet_NaN();
+    auto const masked = other.add(std::move(few));
+    CHECK(masked.tracked.verdict == Verdict::lost);
+    CHECK(masked.tracked.why == "most of the view has left the map");
 }
 
 TEST_CASE("session: the tracker follows the map as it is after a keyframe")
