@@ -53,7 +53,7 @@ compile direct "$bench/common/direct.cpp" "$include"
 hooks='static Operations operations('
 rm -rf "$folder/bare"
 cp -R "$include" "$folder/bare"
-kernels=$(cd "$include" && grep -lF "$hooks" tilemesh/splat/*.hpp tilemesh/splat/homes/*.hpp tilemesh/splat/pose/*.hpp)
+kernels=$(cd "$include" && grep -lF "$hooks" tilemesh/splat/*.hpp tilemesh/splat/homes/*.hpp tilemesh/splat/map/*.hpp tilemesh/splat/pose/*.hpp)
 removed=0
 for file in $kernels; do
     awk -v hooks="$hooks" 'index($0, hooks) { inside = 1 } { print inside ? "" : $0 } /^    }$/ { inside = 0 }' "$include/$file" >"$folder/bare.hpp"
