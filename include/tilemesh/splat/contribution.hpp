@@ -131,7 +131,7 @@ private:
     }
     std::uint32_t rank_of(Splat const& s, bool copy) const noexcept
     {
-        if (!s.visible()) return 0;
+        if (!s.visible()) return rank_mask; // it keeps its slot, as with first come: a later view may show it
         float const density = per_pixel(s);
         auto const& through = through_[bin_of(s)];
         bool const in_front = depth_of(s) < nearest_; // of all records that the tile had
