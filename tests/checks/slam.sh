@@ -236,7 +236,11 @@ for signal in TERM KILL; do
         # shellcheck disable=SC2086
         "$program" $short --resume --out going --report going.json --page going.html </dev/null >stdout 2>stderr &
         pid=$!
-        until grep -q '^frame 1:' stdout || ! kill -0 $pid 2>/dev/null; do sleep 0.02; done
+        waits=0
+        until grep -q '^frame 1:' stdout || [ $waits -eq 3000 ] || ! kill -0 $pid 2>/dev/null; do
+            sleep 0.02
+            waits=$((waits + 1))
+        done
         kill -s $signal $pid 2>/dev/null
         wait $pid 2>/dev/null
         status=$?
