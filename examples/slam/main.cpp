@@ -8,6 +8,7 @@
 #include "../shared/sequence.hpp"
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
+#include "checkpoint.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "page.hpp"
@@ -38,6 +39,7 @@
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/slam/session.hpp>
+#include <tilemesh/slam/state_bytes.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/tracker.hpp>
@@ -82,6 +84,37 @@ struct Outcome {
     std::size_t lost = 0, keyframe_count = 0;
     std::string first_loss; ///< why the first lost frame is lost
 };
+
+void save(Outcome const& out, slam::StateWriter& to)
+{
+    to.put_all(out.done);
+    to.put_all(out.truth);
+    to.put_all(out.estimates);
+    to.put_all(out.truths);
+    to.put_text(out.frames);
+    to.put_text(out.keyframes);
+    to.put_text(out.first_loss);
+    for (double const ms : {out.all_ms, out.keyframe_ms}) to.put(ms);
+    for (std::uint64_t const n : {out.evaluations, std::uint64_t{out.lost}, std::uint64_t{out.keyframe_count}}) to.put(n);
+}
+/// Reads what `save` wrote.
+Outcome load_outcome(slam::StateReader& in)
+{
+    Outcome out;
+    out.done = in.all<Done>();
+    out.truth = in.all<scene::StampedPose>();
+    out.estimates = in.all<scene::Pose>();
+    out.truths = in.all<scene::Pose>();
+    out.frames = in.text();
+    out.keyframes = in.text();
+    out.first_loss = in.text();
+    out.all_ms = in.get<double>();
+    out.keyframe_ms = in.get<double>();
+    out.evaluations = in.get<std::uint64_t>();
+    out.lost = static_cast<std::size_t>(in.get<std::uint64_t>());
+    out.keyframe_count = static_cast<std::size_t>(in.get<std::uint64_t>());
+    return out;
+}
 
 /// Gives frame k to the session.
 void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
@@ -223,17 +256,18 @@ int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer con
         auto const of = " of " + std::to_string(frames) + " (" + shared::signal_name(signal) + "); ";
         say(count == 0 ? "interrupted before frame 1" + of + "nothing is written, start again"
                        : "interrupted after frame " + std::to_string(count) + of + (o.out / "map.ply").string() +
-                             " has the map of these frames, start again for the rest");
+                             " has the map of these frames, " +
+                             (o.resume ? "the same command goes on from there" : "start again for the rest"));
         return 128 + signal;
     }
     return printer.problem ? 2 : all_lost ? 1 : 0;
 }
 
-/// Tracks and maps the frames of `source`, from `start`, and writes what the command line asks for. After an interrupt, and after an error,
-/// it writes everything about the frames before; then it throws the error. Returns the exit status.
+/// Tracks and maps the frames of `source`, from `start` or from the state in `checkpoint`, and writes what the command line asks for. After
+/// an interrupt, and after an error, it writes everything about the frames before; then it throws the error. Returns the exit status.
 template <class Source, class View>
 int map_all(Options const& o, Source const& source, scene::Map map, scene::Intrinsics const& lens, scene::Pose const& start,
-            View const& view, Printer& printer)
+            View const& view, slam_program::Checkpoint const* checkpoint, Printer& printer)
 {
     auto const count = std::min<std::size_t>(source.count(), o.frames);
     auto const take = [&](std::size_t k) {
@@ -263,13 +297,35 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     Outcome out;
     std::optional<slam_program::Growth> growth;
     if (o.page) growth.emplace(start, lens);
+    auto const keep = [&] {
+        slam::StateWriter state;
+        save(out, state);
+        if (growth) growth->save(state);
+        state.put_text(session.save());
+        checkpoint->write(out.done.size(), state.take());
+    };
+    if (auto const state = checkpoint ? checkpoint->find(count) : std::nullopt) {
+        slam::StateReader in(*state);
+        auto before = load_outcome(in);
+        if (growth) growth->load(in);
+        auto const of_session = in.text();
+        in.finish();
+        session.load(of_session, [&](std::size_t k) {
+            auto seen = take(k);
+            return slam::Frame{seen.seconds, std::move(seen.colour), std::move(seen.depth)};
+        });
+        out = std::move(before);
+        printer.say("going on after frame " + std::to_string(out.done.size() - 1) + "\n");
+    }
     auto const write = [&] {
         write_all(o, session, out, facts, growth ? &*growth : nullptr, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
     };
     try {
-        for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k) {
+        for (std::size_t k = out.done.size(); k < count && shared::interrupt() == 0; ++k) {
             add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
-            if (growth && out.done.back().keyframe) growth->see(session.mapper(), k);
+            bool const is_keyframe = out.done.back().keyframe;
+            if (growth && is_keyframe) growth->see(session.mapper(), k);
+            if (checkpoint && (is_keyframe || shared::interrupt() != 0)) keep();
         }
     } catch (...) {
         if (out.done.empty()) throw;
@@ -327,8 +383,12 @@ int run(Options const& o)
     else if (!names_near)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
     if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
-    slam_program::prepare_outputs(o, slam_program::files_read(o, list, sized_by));
+    auto const read = slam_program::files_read(o, list, sized_by);
+    slam_program::prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
+    std::optional<slam_program::Checkpoint> kept;
+    if (o.resume) kept.emplace(o, read);
+    auto const* const checkpoint = kept ? &*kept : nullptr;
 
     if (o.photos) {
         bool const has_truth = !poses.empty();
@@ -350,7 +410,7 @@ int run(Options const& o)
                 for (float& v : p.rgb) v = (v - offset) * per_gain;
             return Compared{scene::make_camera(d.pose, lens), std::move(target)};
         };
-        return map_all(o, source, std::move(map), lens, source.truth(0).value_or(scene::pose_of(camera)), view, printer);
+        return map_all(o, source, std::move(map), lens, source.truth(0).value_or(scene::pose_of(camera)), view, checkpoint, printer);
     }
     slam::Mapper true_map(std::move(world), 1, {.threads = o.threads}); // it renders
     auto const seen_from = [&](splat::Camera const& at) {
@@ -364,7 +424,7 @@ int run(Options const& o)
     auto const view = [&](std::size_t k, Done const&) -> std::optional<Compared> {
         return Compared{scene::make_camera(source.truth(k), lens), mapping::make_target(source.clean(k).colour)};
     };
-    return map_all(o, source, std::move(map), lens, source.truth(0), view, printer);
+    return map_all(o, source, std::move(map), lens, source.truth(0), view, checkpoint, printer);
 }
 
 } // namespace

@@ -42,6 +42,7 @@ byte, whatever the number of threads.
   --report FILE              a report as JSON
   --page FILE                a page as HTML: numbers, three pictures of the map while it grows, the path
   --out DIR                  folder for map.ply, estimated.tum and truth.tum [.]
+  --resume                   keep the state of the run in --out, and go on from the state of a run that was stopped
   --quiet                    print errors only
 )";
 
@@ -68,6 +69,7 @@ std::optional<Options> options_of(int argc, char** argv)
         }
         if (name == "--relative") o.relative = true;
         else if (name == "--quiet") o.quiet = true;
+        else if (name == "--resume") o.resume = true;
         else if (name == "--photos") o.photos = value();
         else if (name == "--render") o.render = value();
         else if (name == "--map") o.map = value();

@@ -16,7 +16,7 @@ struct Options : shared::SequenceOptions {
     std::optional<std::filesystem::path> map;            ///< to start from; none: an empty one
     std::optional<std::filesystem::path> cameras;
     std::string camera;
-    bool quiet = false;
+    bool quiet = false, resume = false;
     std::optional<tilemesh::scene::Size> size; ///< none: that of the pictures, or 320 x 240
     std::optional<float> near_depth;           ///< none: the camera file's, or one that fits the scene
     std::uint32_t frames = 60, keyframe_every = 5, steps = 30, finish = 5, cell = 2;

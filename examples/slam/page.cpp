@@ -1,6 +1,8 @@
 #include "page.hpp"
 #include "../shared/png.hpp"
+#include <cstddef>
 #include <cstdint>
+#include <string>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/plot.hpp>
 
@@ -30,6 +32,29 @@ void Growth::see(slam::Mapper& mapper, std::size_t frame)
     for (std::size_t i = 0; 2 * i < most; ++i) seen_[i] = std::move(seen_[2 * i]);
     seen_.resize(most / 2);
     every_ *= 2;
+}
+
+void Growth::save(slam::StateWriter& out) const
+{
+    out.put(std::uint64_t{every_});
+    out.put(std::uint64_t{keyframes_});
+    out.put(std::uint64_t{seen_.size()});
+    for (auto const& p : seen_) {
+        out.put(std::uint64_t{p.frame});
+        out.put(std::uint64_t{p.gaussians});
+        out.put_text(p.png);
+    }
+}
+
+void Growth::load(slam::StateReader& in)
+{
+    every_ = static_cast<std::size_t>(in.get<std::uint64_t>());
+    keyframes_ = static_cast<std::size_t>(in.get<std::uint64_t>());
+    seen_.clear();
+    for (auto n = in.get<std::uint64_t>(); n > 0; --n) {
+        auto const frame = in.get<std::uint64_t>(), gaussians = in.get<std::uint64_t>();
+        seen_.push_back({static_cast<std::size_t>(frame), static_cast<std::size_t>(gaussians), std::string(in.text())});
+    }
 }
 
 std::vector<Growth::Picture> Growth::three(slam::Mapper& mapper, std::size_t frames) const

@@ -4,6 +4,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/slam/mapper.hpp>
+#include <tilemesh/slam/state_bytes.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <utility>
 #include <vector>
@@ -17,6 +18,10 @@ public:
     Growth(tilemesh::scene::Pose const& first, tilemesh::scene::Intrinsics lens);
     /// After a keyframe.
     void see(tilemesh::slam::Mapper& mapper, std::size_t frame);
+
+    /// The pictures so far, for a run that goes on; `load` reads them.
+    void save(tilemesh::slam::StateWriter& out) const;
+    void load(tilemesh::slam::StateReader& in);
 
     struct Picture {
         std::size_t frame, gaussians;

@@ -2,7 +2,8 @@
 # What slam promises: from no map, a short sequence of the built-in map is tracked and mapped; the report, the map and the trajectories
 # agree; threads and a second run change no byte; pictures as files work as well; a map to start from is extended; a run that loses every
 # frame has status 1; no output takes the place of an input; after a signal, an unreadable picture and a full standard output, all files
-# are whole; and bad input is one line and status 2.
+# are whole; a run that was stopped goes on to the same bytes, and no other run goes on from its state; and bad input is one line and
+# status 2.
 # Usage: sh slam.sh PATH_TO_slam PATH_TO_track_camera
 case $2 in /*) track_camera=$2 ;; *) track_camera=$PWD/$2 ;; esac
 # shellcheck source=render_map_common.sh
@@ -11,7 +12,7 @@ case $2 in /*) track_camera=$2 ;; *) track_camera=$PWD/$2 ;; esac
 # --- the command line --------------------------------------------------------------------------
 runs --help
 for option in --photos --render --map --cameras --camera --trajectory --trajectory-format --relative --near --depth-scale --frames --every \
-    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --page --out --quiet; do
+    --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --page --out --resume --quiet; do
     has stdout "^  $option "
 done
 
@@ -177,13 +178,14 @@ refuses 'this run reads that file' --map start/map.ply --frames 1 --out start
 same start/map.ply wall.ply
 cat in/* | cmp -s - inputs || fail "an input has changed"
 
-# --- signals, and a full standard output ---------------------------------------------------------------
+# --- signals ---------------------------------------------------------------------------------------------
 for signal in INT:130 TERM:143; do
     name=${signal%:*}
     if ! env --default-signal="$name" true 2>/dev/null; then
         skip "env cannot give SIG$name back"
         continue
     fi
+    : >stdout # that of the run before has frames, too
     env --default-signal="$name" "$program" --size 96x54 --frames 100000 --out "SIG$name" --report "SIG$name.json" </dev/null >stdout 2>stderr &
     pid=$!
     tries=0
@@ -202,6 +204,105 @@ for signal in INT:130 TERM:143; do
     equal "the frames of the report after SIG$name" "$(grep -c '"status":' "SIG$name.json")" "$frames"
     has_no_parts "SIG$name"
 done
+
+# --- a run that goes on ----------------------------------------------------------------------------------
+# untimed FILE: a report without its times.
+untimed() { sed -E 's/"(host_ms|keyframe_host_ms|host_ms_per_frame)": [0-9.e+-]+/"\1"/g' "$1" >"$1.untimed"; }
+# as_straight FOLDER: the run that was stopped and went on has the results of the straight run in first/.
+as_straight() {
+    for file in map.ply estimated.tum truth.tum; do same first/$file "$1/$file"; done
+    untimed "$1.json"
+    same first.json.untimed "$1.json.untimed"
+    has_no_parts "$1"
+}
+# begins_anew PATTERN ARGUMENTS...: status 0, the pattern in one line on standard error, and the checkpoint of before is kept.
+begins_anew() {
+    pattern=$1
+    shift
+    cp going/checkpoint.bin before.bin
+    run "$@" --resume --out going --quiet >stdout 2>stderr || fail "status $? of: $*"
+    [ "$(wc -l <stderr)" -eq 1 ] || fail "not one line: $*: $(cat stderr)"
+    has stderr "^going/checkpoint.bin $pattern; the run begins anew, and checkpoint.bin.old keeps that file$"
+    same before.bin going/checkpoint.bin.old
+}
+untimed first.json
+[ ! -e first/checkpoint.bin ] || fail "a run without --resume keeps its state"
+for signal in TERM KILL; do
+    status=0
+    tries=0
+    while [ $status -eq 0 ] && [ $tries -lt 5 ]; do # the signal may come too late
+        rm -rf going going.json
+        : >stdout # that of the run before has frames, too
+        # shellcheck disable=SC2086
+        "$program" $short --resume --out going --report going.json --page going.html </dev/null >stdout 2>stderr &
+        pid=$!
+        waits=0
+        until grep -q '^frame 1:' stdout || [ $waits -eq 3000 ] || ! kill -0 $pid 2>/dev/null; do
+            sleep 0.02
+            waits=$((waits + 1))
+        done
+        kill -s $signal $pid 2>/dev/null
+        wait $pid 2>/dev/null
+        status=$?
+        tries=$((tries + 1))
+    done
+    [ $status -gt 128 ] || fail "the status after SIG$signal is $status"
+    [ $signal = KILL ] || has stderr '^interrupted after .*; going/map.ply has the map of these frames, the same command goes on from there$'
+    rm -f going/*.part going/*.ply
+    # shellcheck disable=SC2086
+    runs $short --resume --out going --report going.json --page going.html --threads 2
+    has stdout '^going on after frame [0-9]*$'
+    grep -q '^frame 0:' stdout && fail "a frame of the run that was stopped is mapped again"
+    as_straight going
+    same first.html going.html
+done
+# A finished run goes on from its last keyframe. Damage is seen.
+# shellcheck disable=SC2086
+runs $short --resume --out going --report going.json --page going.html --quiet
+as_straight going
+size=$(wc -c <going/checkpoint.bin)
+printf '\125' | dd of=going/checkpoint.bin bs=1 seek=$((size / 2)) conv=notrunc 2>/dev/null
+# shellcheck disable=SC2086
+begins_anew 'is damaged (its digest is of other bytes)' $short --report going.json --page going.html
+as_straight going
+head -c $((size / 2)) going/checkpoint.bin >cut.bin && mv cut.bin going/checkpoint.bin
+quick="--frames 1 --steps 0 --finish 0 --size 96x54"
+# shellcheck disable=SC2086
+begins_anew 'is damaged (its digest is of other bytes)' $quick
+# shellcheck disable=SC2086
+begins_anew 'is of another run (its options or the files that it read are others)' $quick --cell 3
+# shellcheck disable=SC2086
+runs $quick --cell 3 --resume --out going --finish 1 --threads 2 # these change no state
+has stdout '^going on after frame 0$'
+sed '1s/checkpoint 1/checkpoint 0/' going/checkpoint.bin >other.bin && mv other.bin going/checkpoint.bin
+# shellcheck disable=SC2086
+begins_anew 'is not of this version (its first line is another)' $quick --cell 3
+# Pictures as files: more frames go on from less.
+rm -r going
+# shellcheck disable=SC2086
+runs --photos seen $lens --trajectory seen/groundtruth.txt --frames 7 --resume --out going --quiet
+# shellcheck disable=SC2086
+runs --photos seen $lens --trajectory seen/groundtruth.txt --resume --out going --report going.json
+has stdout '^going on after frame [1-6]$'
+for file in map.ply estimated.tum truth.tum; do same photos/$file going/$file; done
+untimed photos.json
+untimed going.json
+same photos.json.untimed going.json.untimed
+# shellcheck disable=SC2086
+begins_anew 'has more frames than --frames allows ([2-7])' --photos seen $lens --trajectory seen/groundtruth.txt --frames 1
+cp cameras.json cameras_before.json && echo >>cameras.json
+# shellcheck disable=SC2086
+begins_anew 'is of another run (its options or the files that it read are others)' --photos seen $lens --trajectory seen/groundtruth.txt --frames 1
+mv cameras_before.json cameras.json
+mkdir -p taken/checkpoint.bin clash
+# shellcheck disable=SC2086
+refuses 'checkpoint.bin' $quick --resume --out taken
+ln in/wall.ply clash/checkpoint.bin
+# shellcheck disable=SC2086
+refuses 'this run reads that file' $words --resume --out clash
+cat in/* | cmp -s - inputs || fail "an input has changed"
+
+# --- a full standard output, and a full disk ---------------------------------------------------------------
 if [ -w /dev/full ]; then
     # shellcheck disable=SC2086
     run $short --out full >/dev/full 2>stderr

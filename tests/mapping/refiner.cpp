@@ -178,6 +178,46 @@ TEST_CASE("refiner: who stays keeps its state and harmonics, and who comes has s
     CHECK(*std::max_element(seen.cover.values.begin(), seen.cover.values.end()) == 0);
 }
 
+TEST_CASE("refiner: one that takes over the records and states of another goes on with its bits, or changes nothing")
+{
+    auto map = support::map_of({support::ball(1, 10, 12, 4, 0.8f), support::ball(2, 20, 12, 4, 0.8f), support::ball(3, 30, 12, 4, 0.8f)});
+    map.sh_degree = 1;
+    map.harmonics.assign(27, 0.1f);
+    auto const camera = support::flat_camera(40, 25);
+    mapping::Target const grey{40, 25, std::vector<splat::TargetPixel>(1000, {{0.5f, 0.3f, 0.2f}, 0})};
+    splat::map::Rates const rates{0.01f, 0.01f, 0.01f, 0.01f, 0.02f, 0.01f};
+    mapping::Refiner<Adam> first(map), second(map);
+    for (int i = 0; i < 3; ++i) first.step(camera, grey, rates);
+    first.remove_if([](splat::Gaussian const& g) { return static_cast<std::uint32_t>(g.id) == 2; });
+    auto const& is = first.map();
+    second.restore(is.gaussians, is.harmonics, first.states(), first.harmonics_states());
+    auto const same = [&] {
+        auto const& other = second.map();
+        return other.gaussians.size() == 2 && std::memcmp(other.gaussians.data(), is.gaussians.data(), 2 * sizeof(splat::Gaussian)) == 0 &&
+               other.harmonics == is.harmonics;
+    };
+    CHECK(same());
+    CHECK(is.harmonics != std::vector<float>(18, 0.1f));
+    first.step(camera, grey, rates);
+    CHECK_FALSE(same());
+    second.step(camera, grey, rates);
+    CHECK(same());
+
+    auto const refused = [&](std::size_t states, std::size_t harmonics, std::size_t harmonics_states) {
+        return refusal([&] {
+            second.restore({is.gaussians[0], is.gaussians[1]}, std::vector<float>(harmonics), std::vector<Adam::State>(states),
+                           std::vector<splat::map::HarmonicsStep::State>(harmonics_states));
+        });
+    };
+    CHECK(refused(1, 18, 2) == "a refiner cannot take over 2 Gaussians with 1 states of the optimiser and 18 harmonics (each Gaussian has one "
+                               "state, and those of the map's degree); give those of one refiner");
+    CHECK_FALSE(refused(3, 18, 2).empty());
+    CHECK_FALSE(refused(2, 17, 2).empty());
+    CHECK_FALSE(refused(2, 0, 0).empty());
+    CHECK_FALSE(refused(2, 18, 1).empty());
+    CHECK(same());
+}
+
 TEST_CASE("refiner: a spoilt map becomes better, and the views' pictures are the naive ones")
 {
     auto const truth = small_cloud(60, 9);

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/slam/session.hpp>
@@ -214,6 +215,76 @@ TEST_CASE("session: with an exposure of its own for each picture, the map keeps 
     auto const fit = session.mapper().measure(scene::make_camera(on_slam::pose(5), on_slam::lens()), mapping::make_target(seen.colour));
     MESSAGE("PSNR at the first exposure: " << fit.psnr_db());
     CHECK(fit.psnr_db() > 22);
+}
+
+TEST_CASE("session: a session that was saved goes on with the same bits, between keyframes and after a lost frame")
+{
+    Mapper truth(on_slam::wall(), 2);
+    auto const frame = [&](std::size_t k) {
+        auto f = frame_at(truth, k);
+        for (float& v : f.colour.rgb) v = k == 4 ? 1 - v : k > 0 ? 0.8f * v + 0.05f : v; // frame 4 is of another scene
+        if (k == 4)
+            for (float& d : f.depth.values) d = 0.3f;
+        return f;
+    };
+    auto shaded = on_slam::wall();
+    shaded.sh_degree = 1;
+    shaded.harmonics.assign(9 * shaded.gaussians.size(), 0.02f);
+    for (bool const from_map : {false, true}) {
+        CAPTURE(from_map);
+        auto const map = from_map ? shaded : scene::Map{};
+        SessionOptions o;
+        o.mapper.first_steps = 12;
+        o.mapper.steps = 8;
+        o.mapper.optimiser = from_map ? slam::Optimiser::by_kind : slam::Optimiser::adam;
+        o.with_exposure = true;
+        o.keyframe_every = 3;
+        auto straight = begun(o, map);
+        std::vector<std::string> saved;
+        std::vector<slam::FrameResult> found;
+        for (std::size_t k = 0; k < 8; ++k) {
+            found.push_back(straight.add(frame(k)));
+            saved.push_back(straight.save());
+        }
+        CHECK(found[4].tracked.verdict == Verdict::lost);
+        CHECK(straight.mapper().keyframes() >= 3);
+        straight.mapper().refine(5);
+        auto const ply = scene::ply_bytes(straight.map());
+        for (std::size_t const at : {0u, 2u, 4u, 6u}) {
+            CAPTURE(at);
+            auto again = begun(o, map);
+            std::size_t asked = 0;
+            again.load(saved[at], [&](std::size_t k) { ++asked; return frame(k); });
+            CHECK(again.frames() == at + 1);
+            CHECK(asked == again.mapper().keyframes());
+            CHECK(again.save() == saved[at]);
+            for (auto k = at + 1; k < 8; ++k) {
+                auto const f = again.add(frame(k));
+                CHECK(f.tracked.verdict == found[k].tracked.verdict);
+                CHECK(f.tracked.solution.evaluations == found[k].tracked.solution.evaluations);
+                CHECK(f.keyframe.has_value() == found[k].keyframe.has_value());
+                CHECK(std::memcmp(&f.tracked.pose, &found[k].tracked.pose, sizeof(scene::Pose)) == 0);
+            }
+            again.mapper().refine(5);
+            CHECK(scene::ply_bytes(again.map()) == ply);
+            CHECK(again.map().harmonics == straight.map().harmonics);
+        }
+
+        auto kept = begun(o, map);
+        kept.add(frame(0));
+        auto const before = kept.save();
+        auto const refused = [&](Session& session, std::string const& state) {
+            CHECK(on_slam::refusal([&] { session.load(state, frame); }).find("a run cannot go on from this state (it is damaged") == 0);
+        };
+        for (std::size_t const size : {std::size_t{0}, std::size_t{7}, saved[5].size() / 2, saved[5].size() - 1})
+            refused(kept, saved[5].substr(0, size));
+        refused(kept, saved[5] + "x");
+        CHECK_THROWS_AS(kept.load(saved[5], [](std::size_t) -> Frame { throw std::runtime_error("no picture"); }), std::runtime_error);
+        CHECK(kept.save() == before);
+        o.mapper.optimiser = from_map ? slam::Optimiser::adam : slam::Optimiser::by_kind;
+        auto other = begun(o, map);
+        refused(other, saved[5]);
+    }
 }
 
 TEST_CASE("session: medians of depths, and what it refuses with a line")

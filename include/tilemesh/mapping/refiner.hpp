@@ -140,6 +140,26 @@ public:
     scene::Map const& map() const noexcept { return map_; }
     RefineOptions const& options() const noexcept { return options_; }
     std::vector<State> const& states() const noexcept { return states_; }
+    using HarmonicsState = splat::map::HarmonicsStep::State;
+    /// The states of the harmonics; none at degree 0.
+    std::vector<HarmonicsState> const& harmonics_states() const noexcept { return harmonics_; }
+
+    /// Takes the records, harmonics and states of another refiner with the same options and a map of the same degree; it goes on with the
+    /// bits of the other. Throws `Error` if their numbers do not fit, and changes nothing then.
+    void restore(std::vector<splat::Gaussian> gaussians, std::vector<float> harmonics, std::vector<State> states,
+                 std::vector<HarmonicsState> harmonics_states)
+    {
+        auto const n = gaussians.size(), shaded = map_.sh_degree == 0 ? 0 : n;
+        if (states.size() != n || harmonics_states.size() != shaded || harmonics.size() != shaded * harmonics_a_row())
+            throw Error("a refiner cannot take over " + std::to_string(n) + " Gaussians with " + std::to_string(states.size()) +
+                        " states of the optimiser and " + std::to_string(harmonics.size()) +
+                        " harmonics (each Gaussian has one state, and those of the map's degree); give those of one refiner");
+        splats_.resize(n);
+        map_.gaussians = std::move(gaussians);
+        map_.harmonics = std::move(harmonics);
+        states_ = std::move(states);
+        harmonics_ = std::move(harmonics_states);
+    }
 
 private:
     static constexpr std::size_t part_size = 1024; ///< records that a thread takes at once
@@ -198,7 +218,7 @@ private:
     RefineOptions options_;
     scene::Map map_;
     std::vector<State> states_;
-    std::vector<splat::map::HarmonicsStep::State> harmonics_;
+    std::vector<HarmonicsState> harmonics_;
     std::vector<splat::Splat> splats_;
     ViewSums sums_;
 };

@@ -2,12 +2,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/view.hpp>
+#include <vector>
 
 /// A map that grows from pictures with depth, on the host: keyframes, and a camera that is tracked by the map so far.
 namespace tilemesh { inline namespace v0_2 { namespace slam {
@@ -36,6 +39,12 @@ struct Keyframe {
     std::size_t inserted = 0, removed = 0, gaussians = 0; ///< `gaussians`: in the map afterwards
     std::uint32_t steps = 0;
     double psnr_db = 0; ///< of this keyframe's picture, afterwards
+};
+
+/// A keyframe's camera, and what it saw.
+struct KeyframeView {
+    splat::Camera camera;
+    mapping::Target target;
 };
 
 /// Extends and refines a map by keyframes whose poses are known.
@@ -69,6 +78,13 @@ public:
     TILEMESH_HOST mapping::Fit measure(splat::Camera const& camera, mapping::Target const& target);
     /// A view of the map.
     TILEMESH_HOST mapping::Seen render(splat::Camera const& camera);
+
+    /// The records and the optimiser's states, as bytes for `load`. The keyframes are not among them.
+    TILEMESH_HOST std::string save() const;
+    /// Goes on where another mapper with the same options and a map to start from of the same degree was saved: its bytes, and its
+    /// keyframes in their order. The map gets the bits that the other would get. Throws `Error` for bytes that do not fit, and changes
+    /// nothing then.
+    TILEMESH_HOST void load(std::string_view state, std::vector<KeyframeView> keyframes);
 
     TILEMESH_HOST scene::Map const& map() const noexcept;
     TILEMESH_HOST std::size_t keyframes() const noexcept;

@@ -1,8 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -61,6 +64,14 @@ public:
 
     /// Tracks a frame, and makes it a keyframe where the rules say so. Stamps may have gaps (`track::Tracker::track_at`).
     TILEMESH_HOST FrameResult add(Frame frame);
+
+    /// What the session needs to go on, as bytes for `load`: the map with the optimiser's states, the tracker, and the number, pose and
+    /// exposure of each keyframe. No picture is among them.
+    TILEMESH_HOST std::string save() const;
+    /// Goes on where another session with the same map to start from, lens, depth, start and options was saved, with the same bits.
+    /// `frame(k)` must give frame k, from 0, as `add` got it; it is called for each keyframe, and may throw. Throws `Error` for bytes that
+    /// do not fit. After a throw, the session is as it was.
+    TILEMESH_HOST void load(std::string_view state, std::function<Frame(std::size_t)> const& frame);
 
     TILEMESH_HOST Mapper& mapper() noexcept;
     TILEMESH_HOST scene::Map const& map() const noexcept;

@@ -137,6 +137,18 @@ public:
         return frame;
     }
 
+    /// What the next frame depends on, besides the options: for a run that goes on in another process.
+    struct State {
+        scene::Pose last, before;
+        Exposure exposure{};
+        double now = 0.0, time = 0.0, interval = 0.0, last_cost = 0.0, last_pixels = 0.0;
+        std::uint64_t tracked = 0;
+        std::uint64_t wide = 1; ///< 0 or 1
+    };
+    TILEMESH_HOST State state() const;
+    /// Goes on where another tracker with the same lens, scale and options had this state.
+    TILEMESH_HOST void restore(State const& state);
+
 private:
     TILEMESH_HOST bool stands_out(TrackedFrame const& frame, double ratio) const;
     /// Starts around the prediction, `steps` steps from the last pose: as far again, two steps along the view to both sides, and at rest (or,

@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/refiner.hpp>
 #include <tilemesh/slam/mapper.hpp>
+#include <tilemesh/slam/state_bytes.hpp>
 #include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/loss.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/track/spoil.hpp>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -44,10 +47,7 @@ TILEMESH_HOST std::size_t keyframe_of_round(std::size_t count, std::uint32_t ste
 struct Mapper::Work {
     using ByAdam = mapping::Refiner<splat::map::Adam>;
     using ByKind = mapping::Refiner<splat::map::SecondMomentByKind>;
-    struct View {
-        splat::Camera camera;
-        mapping::Target target;
-    };
+    using View = KeyframeView;
 
     MapperOptions options;
     float scene_depth;
@@ -178,6 +178,39 @@ TILEMESH_HOST mapping::Fit Mapper::measure(splat::Camera const& camera, mapping:
 TILEMESH_HOST mapping::Seen Mapper::render(splat::Camera const& camera)
 {
     return work_->with_refiner([&](auto& r) { return r.render(camera); });
+}
+
+TILEMESH_HOST std::string Mapper::save() const
+{
+    StateWriter out;
+    out.put(work_->options.optimiser);
+    out.put(map().sh_degree);
+    out.put(std::uint64_t{keyframes()});
+    out.put_all(map().gaussians);
+    out.put_all(map().harmonics);
+    std::visit(
+        [&](auto const& refiner) {
+            out.put_all(refiner.states());
+            out.put_all(refiner.harmonics_states());
+        },
+        work_->refiner);
+    return out.take();
+}
+TILEMESH_HOST void Mapper::load(std::string_view state, std::vector<KeyframeView> keyframes)
+{
+    StateReader in(state);
+    if (in.get<Optimiser>() != work_->options.optimiser || in.get<std::uint32_t>() != map().sh_degree ||
+        in.get<std::uint64_t>() != keyframes.size()) StateReader::fail();
+    auto gaussians = in.all<splat::Gaussian>();
+    auto harmonics = in.all<float>();
+    work_->with_refiner([&](auto& refiner) {
+        using Refiner = std::decay_t<decltype(refiner)>;
+        auto states = in.all<typename Refiner::State>();
+        auto harmonics_states = in.all<typename Refiner::HarmonicsState>();
+        in.finish();
+        refiner.restore(std::move(gaussians), std::move(harmonics), std::move(states), std::move(harmonics_states));
+    });
+    work_->keyframes = std::move(keyframes);
 }
 
 TILEMESH_HOST scene::Map const& Mapper::map() const noexcept

@@ -3,14 +3,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/refiner.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/slam/session.hpp>
+#include <tilemesh/slam/state_bytes.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/tracker.hpp>
@@ -48,6 +51,13 @@ struct Session::Work {
     track::Tracker tracker;
     std::unique_ptr<track::PoseEvaluator> evaluator; ///< of the map since the last keyframe; made when a frame asks for it
     std::size_t frames = 0, last_keyframe = 0;
+    /// What is kept of a keyframe besides its view.
+    struct Kept {
+        std::uint64_t frame;
+        scene::Pose pose;
+        track::Exposure exposure;
+    };
+    std::vector<Kept> keyframes;
 
     /// The picture as the map's colours would be: without the exposure that the tracker found.
     mapping::Target target_of(Frame const& frame, track::Exposure const& exposure) const
@@ -85,7 +95,7 @@ TILEMESH_HOST Session::Session(scene::Map map, scene::Intrinsics const& lens, do
                     std::to_string(options.most_open) + " of a picture is open (1 frame or more, and a share); change them");
     work_ = std::unique_ptr<Work>(new Work{options, lens, static_cast<float>(scene_depth), start,
                                            Mapper(std::move(map), static_cast<float>(scene_depth), options.mapper),
-                                           track::Tracker(lens, scene_depth, start, options.tracker), nullptr});
+                                           track::Tracker(lens, scene_depth, start, options.tracker), nullptr, 0, 0, {}});
 }
 TILEMESH_HOST Session::~Session() = default;
 TILEMESH_HOST Session::Session(Session&&) noexcept = default;
@@ -120,10 +130,43 @@ TILEMESH_HOST FrameResult Session::add(Frame frame)
     if (!is_keyframe) return out;
     out.keyframe = w.mapper.add(camera, std::move(target));
     w.last_keyframe = number;
+    w.keyframes.push_back({number, out.tracked.pose, out.tracked.exposure});
     w.evaluator.reset(); // its map is an older one now
     // The tracker has seen no frame yet: it would take any picture for the next one. The pose stays what the caller said.
     if (begins) static_cast<void>(w.track(frame));
     return out;
+}
+
+TILEMESH_HOST std::string Session::save() const
+{
+    StateWriter out;
+    out.put(std::uint64_t{work_->frames});
+    out.put(std::uint64_t{work_->last_keyframe});
+    out.put_all(work_->keyframes);
+    out.put(work_->tracker.state());
+    out.put_text(work_->mapper.save());
+    return out.take();
+}
+TILEMESH_HOST void Session::load(std::string_view state, std::function<Frame(std::size_t)> const& frame)
+{
+    auto& w = *work_;
+    StateReader in(state);
+    auto const frames = in.get<std::uint64_t>(), last_keyframe = in.get<std::uint64_t>();
+    auto keyframes = in.all<Work::Kept>();
+    auto const tracker = in.get<track::Tracker::State>();
+    auto const mapper = in.text();
+    in.finish();
+    std::vector<KeyframeView> views;
+    for (auto const& k : keyframes) {
+        if (k.frame >= frames) StateReader::fail();
+        views.push_back({scene::make_camera(k.pose, w.lens), w.target_of(frame(static_cast<std::size_t>(k.frame)), k.exposure)});
+    }
+    w.mapper.load(mapper, std::move(views));
+    w.frames = static_cast<std::size_t>(frames);
+    w.last_keyframe = static_cast<std::size_t>(last_keyframe);
+    w.keyframes = std::move(keyframes);
+    w.tracker.restore(tracker);
+    w.evaluator.reset();
 }
 
 TILEMESH_HOST Mapper& Session::mapper() noexcept { return work_->mapper; }

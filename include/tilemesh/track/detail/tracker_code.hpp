@@ -34,6 +34,20 @@ TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scen
             throw Error("cells of " + std::to_string(cell) + " pixels cannot be tracked with (a pyramid halves them down to 1); choose 1, 2, 4, 8, 16, 32 or 64");
 }
 
+TILEMESH_HOST Tracker::State Tracker::state() const
+{
+    return {last_, before_, exposure_, now_, time_, interval_, last_cost_, last_pixels_, tracked_, wide_ ? std::uint64_t{1} : 0};
+}
+
+TILEMESH_HOST void Tracker::restore(State const& state)
+{
+    last_ = state.last, before_ = state.before, exposure_ = state.exposure;
+    now_ = state.now, time_ = state.time, interval_ = state.interval;
+    last_cost_ = state.last_cost, last_pixels_ = state.last_pixels;
+    tracked_ = state.tracked;
+    wide_ = state.wide != 0;
+}
+
 TILEMESH_HOST bool Tracker::stands_out(TrackedFrame const& frame, double ratio) const
 {
     return frame.mean_cost > options_.harmless_cost && frame.mean_cost > ratio * last_cost_;
