@@ -266,28 +266,23 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, SetupFacts fact
       rules_(with_options(facts_.rules, options))
 {
     check_facts<P>(facts_);
+    check_hops(facts_, options.hops);
     auto const& words = facts_.policies;
     host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds, words.carried, words.reusable,
                                         words.road_bytes, words.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots, words.ranks});
-    if (facts_.sizes.one_channel_memory && options.hops != 0)
-        throw Error(std::string("setup ") + facts_.name + " with bounded hops (its routing and bloom take turns in one set of " +
-                    "channels, which a bound would leave full); choose a setup with channels of their own");
 }
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
 
 template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::prepare(std::uint32_t width, std::uint32_t height)
-{
-    prepare_for(width, height, nullptr);
-}
+{ prepare_for(width, height, nullptr); }
 template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view)
 {
     host_.drop_halfway();
     if (host_.has_mesh() && width == size_.width && height == size_.height) return;
-    auto const layout =
-        layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
+    auto const layout = layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
     size_ = {width, height};
     tiling_ = layout.tiling;
     if (host_.has_mesh() && layout.grid.width == host_.mesh().grid().width && layout.grid.height == host_.mesh().grid().height) {

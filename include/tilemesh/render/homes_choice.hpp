@@ -78,6 +78,9 @@ TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile);
 /// slots, at most the choice's). With `fit`, the layout divides the rest among homes and held splats.
 TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, std::uint32_t channel_slots = 0);
 
+/// Gives a choice of any district those of a renderer by value, with `side` tiles along a side. Throws Error for a choice of others.
+TILEMESH_HOST void take_districts(HomesChoice& choice, std::uint32_t side);
+
 /// The facts of a choice. `routing` and `beam` are the slots of the one channel that the program has.
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger);
 

@@ -234,8 +234,7 @@ private:
             frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
             auto const& rows = records_.on_homes();
             host_.on_threads(rows.size(), [&](std::uint32_t first, std::uint32_t last) {
-                if (streams_)
-                    records_.table().project_rows(rows.data() + first, last - first, view, tiling, table_.data() + first);
+                if (streams_) records_.table().project_rows(rows.data() + first, last - first, view, tiling, table_.data() + first);
                 else
                     records_.table().project(first, last - first, view, tiling, table_.data() + first);
             });
@@ -279,13 +278,7 @@ HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map map, HomesChoice con
                                                options.waiting_slots, options.held_slots, options.storage_slots, options.fold ? 1u : 0u});
     check_choice<P, !HostType::has_one_memory>(choice);
     check_limits(choice, options);
-    if constexpr (!by_reference) {
-        constexpr std::uint32_t side = 1u << Parameters::district_shift;
-        if (choice_.district == 0) choice_.district = side;
-        if (choice_.district != side)
-            throw Error("a choice with districts of " + std::to_string(choice_.district) + " x " + std::to_string(choice_.district) +
-                        " tiles (the renderer's policies have " + std::to_string(side) + " x " + std::to_string(side) + "); give both the same");
-    }
+    if constexpr (!by_reference) take_districts(choice_, 1u << Parameters::district_shift);
     choice_.rules = with_options(choice_.rules, options);
     facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
 }
@@ -311,10 +304,8 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     report::FrameReport report;
     report.program = report::Program::homes;
     if (changed) {
-        if (streams_)
-            run_chapters(view, report);
-        else
-            run(view, 0, report);
+        if (streams_) run_chapters(view, report);
+        else run(view, 0, report);
         visible_ = report.gaussians.visible;
         host_.step([&] { unfinished_ = report.unfinished; });
         report.gaussians.parked = records_.table().all_rows() - visible_;

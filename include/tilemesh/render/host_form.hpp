@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/either.hpp>
-#include <tilemesh/render/policy_words.hpp>
+#include <tilemesh/render/host_words.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
@@ -16,58 +16,6 @@
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies
 /// or colour format. `HostSetup` has planes, routing and bloom as words too, so its policies serve all of these setups.
 namespace tilemesh { inline namespace v0_2 { namespace splat {
-
-/// A record's place in the host's table, with its id.
-struct Reference {
-    GaussianId id;
-    std::uint32_t row;
-};
-
-/// An entry of `Splats`: a row of the host's table.
-struct SplatRow {
-    std::uint32_t row;
-};
-
-/// An address in the host's memory, as words of a broadcast.
-template <class T>
-class HostPointer {
-public:
-    HostPointer() noexcept = default;
-    explicit HostPointer(T* p) noexcept { __builtin_memcpy(words_, &p, sizeof p); }
-    TILEMESH_KERNEL T* get() const noexcept
-    {
-        T* p;
-        __builtin_memcpy(&p, words_, sizeof words_);
-        return p;
-    }
-
-private:
-    std::uint32_t words_[sizeof(T*) / 4] = {};
-};
-
-/// The changes to a record in a new view, as far as tiles need them. It is one byte, so that the table of a whole map stays in the caches
-/// nearest to the processor.
-struct RowState {
-    static constexpr std::uint8_t visible = 1;
-    static constexpr std::uint8_t moved = 2;    ///< touches other tiles, has another anchor, or was put on the mesh by the host
-    static constexpr std::uint8_t appeared = 4; ///< appeared or disappeared
-};
-
-/// The tiles that a record touches in a view, as the first and the last one, and its anchor tile.
-struct TouchedTiles {
-    TileId first, last, anchor;
-    std::uint32_t visible; ///< 0 or 1
-};
-
-/// The tiles on which a record, or a copy of it, may have been when a view began: from the first to the last.
-struct TileSpan {
-    TileId first, last;
-    static constexpr TileSpan all() noexcept { return {TileId::at(0, 0), TileId::at(0xffff, 0xffff)}; }
-    constexpr bool has(TileId t) const noexcept
-    {
-        return t.x() >= first.x() && t.x() <= last.x() && t.y() >= first.y() && t.y() <= last.y();
-    }
-};
 
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {

@@ -125,4 +125,12 @@ void check_facts(SetupFacts const& facts)
                     "or rules do); choose the renderer with the setup's policies");
 }
 
+/// Throws Error for a bound of hops where routing and bloom take turns in one set of channels.
+inline void check_hops(SetupFacts const& facts, std::uint32_t hops)
+{
+    if (facts.sizes.one_channel_memory && hops != 0)
+        throw Error(std::string("setup ") + facts.name + " with bounded hops (its routing and bloom take turns in one set of " +
+                    "channels, which a bound would leave full); choose a setup with channels of their own");
+}
+
 }}} // namespace tilemesh::render

@@ -157,6 +157,15 @@ TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, 
     return c;
 }
 
+TILEMESH_HOST void take_districts(HomesChoice& choice, std::uint32_t side)
+{
+    if (choice.district == 0) choice.district = side;
+    if (choice.district == side) return;
+    auto const by = [](std::uint32_t n) { return std::to_string(n) + " x " + std::to_string(n); };
+    throw Error("a choice with districts of " + by(choice.district) + " tiles (the renderer's policies have " + by(side) +
+                "); give both the same");
+}
+
 TILEMESH_HOST SetupFacts facts_of(HomesChoice const& c, splat::homes::Sizes const& sizes, HomesLedger const& ledger)
 {
     SetupFacts f{};
