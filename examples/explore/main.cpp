@@ -10,6 +10,7 @@
 #include "study.hpp"
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -357,11 +358,11 @@ int run(Options const& o)
     for (auto const& [map, front] : fronts_of(values)) {
         text += "the front of " + map + ":\n";
         for (auto const i : front) {
-            if (front.size() > 20 && i != front.front() && i != front.back()) continue;
-            auto const mark = mark_of(points[i]);
-            text += "  " + points[i].name + ": " + report::decimals(points[i].psnr_db, 2) + " dB, " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
-                    thousands(points[i].sram_bytes) + " bytes a tile" + (mark.empty() ? "" : "; " + mark) + "\n";
+            if (front.size() > 20 && i != front.front() && i != front.back()) continue; // the line below counts these
+            text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
+                    thousands(points[i].sram_bytes) + " bytes of SRAM a tile, " + thousands(points[i].exchanged_bytes) + " bytes exchanged\n";
         }
+        if (front.size() > 20) text += "  (" + thousands(front.size() - 2) + " points between the fastest and the slowest are in the table)\n";
         text += knee_text(values, front) + "\n";
     }
     text += "wrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";

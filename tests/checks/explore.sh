@@ -51,6 +51,7 @@ has many.csv '^scamp-5 / anchored / preset,.*does not fit'
 has many.csv '^mk1 / anchored / preset,.*,"barrier, vote, exchange_start",'
 # A tile of 300 slots loses records, and neither the table nor the page hides it.
 awk -F, '$1 == "mk2 / anchored / channel 20 waiting 20 storage 300" { exit !($14 > 0) }' many.csv || fail "300 slots lose nothing"
+awk -F, 'NR > 1 && $14 > 0 && ($23 == 1 || $24 == 1) { bad = 1 } END { exit bad }' many.csv || fail "a point that loses something is on the front"
 has many/index.html 'loses [0-9,]*'
 has many/index.html 'at least: without barrier'
 has many/index.html 'does not fit'

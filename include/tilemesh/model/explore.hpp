@@ -23,11 +23,12 @@ struct StudyPoint {
     std::string map{};                 ///< with its views: points of different maps are not compared
 };
 
-/// Does `a` beat `b`: of the same map, no number is worse, and one is better? A point that cannot run, or whose time leaves something out, beats none.
+/// Does `a` beat `b`: of the same map, no number is worse, and one is better? A point that cannot run, loses
+/// something, or whose time leaves something out, beats none.
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept;
 
 /// The Pareto front by error, time, SRAM and bytes exchanged: indices of the points that no other one beats, by time. Points that cannot run,
-/// and those whose time leaves something out, are not on it. Cost: n^2 comparisons.
+/// that lose something, or whose time leaves something out, are not on it. Cost: n^2 comparisons.
 TILEMESH_HOST std::vector<std::size_t> front_of(std::span<StudyPoint const> points);
 
 /// The points of one map on the front, by time.
@@ -43,7 +44,7 @@ TILEMESH_HOST std::vector<MapFront> fronts_of(std::span<StudyPoint const> points
 /// are fewer than three such points. An infinite PSNR counts as 150 dB.
 TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front);
 
-/// One sentence about the knee, or why there is none. A point that lacks something is named so.
+/// One sentence about the knee, or why there is none.
 TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::span<std::size_t const> front);
 
 /// "loses 12", "at least: without vote", "does not run"; empty for a point that lacks nothing.

@@ -17,7 +17,7 @@ namespace model_detail {
 
 TILEMESH_HOST bool counts(StudyPoint const& p) noexcept
 {
-    return p.refused.empty() && p.left_out.empty();
+    return p.refused.empty() && p.left_out.empty() && p.lost == 0;
 }
 
 /// What a knee weighs against time, the more the better.
@@ -112,11 +112,10 @@ TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::spa
 {
     auto const measures = [&](std::size_t i) {
         auto const& p = points[i];
-        auto const mark = mark_of(p);
         return p.name + " (" + (std::isinf(p.psnr_db) ? "equal pictures" : report::decimals(p.psnr_db, 2) + " dB") + ", " + report::decimals(p.modelled_ms, 4) +
-               " ms modelled, " + report::thousands(p.sram_bytes) + " bytes of SRAM a tile" + (mark.empty() ? "" : "; it " + mark) + ")";
+               " ms modelled, " + report::thousands(p.sram_bytes) + " bytes of SRAM a tile)";
     };
-    if (front.empty()) return "No point has a front: none runs with all numbers of its machine known.";
+    if (front.empty()) return "No point has a front: none shows whole pictures on a machine whose numbers are all known.";
     auto const knee = knee_of(points, front);
     if (!knee)
         return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points differ in time and gain. The fastest is " +
