@@ -230,10 +230,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return shared::run_softly("refine", [&] {
-        auto const options = refine::options_of(argc, argv);
-        if (!options) return 0;
-        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
-        return run(*options);
-    });
+    return shared::run_program("refine", refine::options_of, run, argc, argv);
 }

@@ -1,6 +1,8 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
+#include <unistd.h>
 
 namespace shared {
 
@@ -33,5 +35,20 @@ int interrupt() noexcept;
 
 /// "SIGINT" or "SIGTERM".
 char const* signal_name(int signal) noexcept;
+
+/// The main function of a program that finishes its current frame at a signal: reads the options (empty: there is nothing to run), notes
+/// interrupts, and runs. `Options` has `quiet`.
+template <class Options>
+[[nodiscard]] int run_program(std::string const& program, std::optional<Options> (*options_of)(int, char**), int (*run)(Options const&),
+                              int argc, char** argv) noexcept
+{
+    auto const work = [&] {
+        auto const options = options_of(argc, argv);
+        if (!options) return 0;
+        note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
+        return run(*options);
+    };
+    return run_softly(program, std::cref(work)); // a copy of `work` would allocate, where nothing catches yet
+}
 
 } // namespace shared

@@ -1,6 +1,8 @@
 #pragma once
 #include "camera_path.hpp"
 #include "rgbd_photo.hpp"
+#include "sequence_options.hpp"
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,10 +10,13 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
+#include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/camera.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/spoil.hpp>
 #include <utility>
@@ -23,16 +28,6 @@ namespace shared {
 namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace track = tilemesh::track;
-
-/// What the command line says about the pictures.
-struct SequenceOptions {
-    std::optional<std::filesystem::path> trajectory;
-    std::optional<scene::TrajectoryFormat> trajectory_format; ///< empty: the file tells it
-    bool relative = false, depth = true;
-    std::uint32_t every = 1, threads = 1;
-    double noise = 0.02, shutter = 0.5, gain_drift = 0.1, depth_levels = 5000.0;
-    std::string without_depth; ///< how a picture goes without a depth: ", or use --no-depth"
-};
 
 /// A picture, and the pose that it was taken from, if that is known.
 struct SeenFrame {
@@ -46,6 +41,27 @@ struct SeenFrame {
 inline void add_notes(std::vector<std::string>& to, std::filesystem::path const& file, std::vector<std::string> const& notes)
 {
     for (auto const& note : notes) to.push_back(file.filename().string() + ": " + note);
+}
+
+/// The camera of --camera, and what its file says. Without --cameras, `guess`.
+struct FirstCamera {
+    tilemesh::splat::Camera camera;
+    bool names_near = true;                        ///< the near plane is the file's; or there is no file
+    std::vector<std::filesystem::path> sized_by{}; ///< pictures from which `scene::load_cameras` took sizes
+};
+/// `name`: the map's, for a file with the cameras of several. `origin`: what the map's reader subtracted.
+inline FirstCamera first_camera(SequenceOptions const& o, tilemesh::splat::Camera const& guess, scene::Size size, std::string const& name,
+                                std::array<double, 3> const& origin, std::vector<std::string>& notes)
+{
+    FirstCamera out{guess};
+    if (!o.cameras) return out;
+    std::vector<std::string> of_file;
+    auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &out.sized_by);
+    add_notes(notes, *o.cameras, of_file);
+    auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, name), origin);
+    out.camera = scene::resized(chosen.front().camera, size.width, size.height);
+    out.names_near = chosen.front().names_near;
+    return out;
 }
 
 /// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option.
@@ -66,7 +82,7 @@ inline std::vector<scene::StampedPose> in_file_coordinates(std::vector<scene::St
     return poses;
 }
 
-/// Real pictures, with the poses of a trajectory that are at most 20 ms away as the truth.
+/// Real pictures, with the poses of a trajectory that are at most 20 ms away as the truth. Throws Error for a trajectory that has none.
 class Photos {
 public:
     Photos(SequenceOptions const& o, std::vector<scene::RgbdFrame> list, scene::Trajectory poses, scene::Size size)
@@ -75,6 +91,10 @@ public:
         std::vector<double> times;
         for (std::size_t k = 0; k < list_.size(); k += options_.every) times.push_back(list_[k].colour.seconds);
         nearest_ = nearest_poses(times, poses_, scene::most_seconds_apart).of_picture;
+        auto const is_known = [](auto const& pose) { return pose.has_value(); };
+        if (!poses_.empty() && std::none_of(nearest_.begin(), nearest_.end(), is_known))
+            throw tilemesh::Error(o.trajectory->string() +
+                                  " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
     }
     std::size_t count() const { return nearest_.size(); }
     std::optional<scene::Pose> truth(std::size_t k) const

@@ -365,25 +365,17 @@ int run(Options const& o)
         throw Error(o.map->string() + " is not where the map to render is (their origins are apart); take maps of one place");
     if (!o.map) map.origin = world.origin;
     auto const& shown = o.photos ? map : world; // what a near plane may hide
-    auto camera = o.photos || o.render ? scene::frame_whole(shown, size) : scene::built_in_camera(size);
-    std::vector<std::filesystem::path> sized_by;
-    bool names_near = !o.photos;
-    if (o.cameras) {
-        std::vector<std::string> of_file;
-        auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
-        shared::add_notes(notes, *o.cameras, of_file);
-        auto const name = o.render ? o.render->stem().string() : o.map ? o.map->stem().string() : "built-in";
-        auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, name), map.origin);
-        camera = scene::resized(chosen.front().camera, size.width, size.height);
-        names_near = chosen.front().names_near;
-    }
+    auto const name = o.render ? o.render->stem().string() : o.map ? o.map->stem().string() : "built-in";
+    auto const guess = o.photos || o.render ? scene::frame_whole(shown, size) : scene::built_in_camera(size);
+    auto const first = shared::first_camera(o, guess, size, name, map.origin, notes);
+    auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
     if (o.near_depth) lens.near_depth = *o.near_depth;
-    else if (!names_near)
+    else if (!first.names_near)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
     if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
-    auto const read = slam_program::files_read(o, list, sized_by);
+    auto const read = shared::files_read(o, {o.render, o.map}, list, first.sized_by);
     slam_program::prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     std::optional<slam_program::Checkpoint> kept;
@@ -391,14 +383,8 @@ int run(Options const& o)
     auto const* const checkpoint = kept ? &*kept : nullptr;
 
     if (o.photos) {
-        bool const has_truth = !poses.empty();
         shared::Photos const source{o, std::move(list), std::move(poses), size};
-        std::size_t known = 0;
-        for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
-        if (has_truth && known == 0)
-            throw Error(o.trajectory->string() +
-                        " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
-        if (!o.near_depth && !names_near && map.gaussians.empty()) // a near plane as `scene::near_for` gives it where there is a map
+        if (!o.near_depth && !first.names_near && map.gaussians.empty()) // a near plane as `scene::near_for` gives it where there is a map
             if (auto const depth = slam::median_depth(source.take(0).depth); depth > 0)
                 lens.near_depth = std::min(lens.near_depth, static_cast<float>(depth / 10));
         // A photograph is compared at the pose that was found, without the exposure that was found.
@@ -431,10 +417,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return shared::run_softly("slam", [&] {
-        auto const options = slam_program::options_of(argc, argv);
-        if (!options) return 0;
-        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
-        return run(*options);
-    });
+    return shared::run_program("slam", slam_program::options_of, run, argc, argv);
 }

@@ -48,13 +48,6 @@ byte, whatever the number of threads.
 
 constexpr shared::OptionValues values("slam");
 
-tilemesh::scene::Size size(std::string_view option, std::string_view text)
-{
-    auto const x = text.find('x');
-    if (x == std::string_view::npos) values.refuse(option, text, "it takes a width and a height, as in 640x480");
-    return {values.whole(option, text.substr(0, x), 1, 65535), values.whole(option, text.substr(x + 1), 1, 65535)};
-}
-
 } // namespace
 
 std::optional<Options> options_of(int argc, char** argv)
@@ -67,32 +60,12 @@ std::optional<Options> options_of(int argc, char** argv)
             shared::print(help, "send it to a file or a terminal with room", std::cout);
             return {};
         }
-        if (name == "--relative") o.relative = true;
-        else if (name == "--quiet") o.quiet = true;
-        else if (name == "--resume") o.resume = true;
-        else if (name == "--photos") o.photos = value();
+        if (shared::read_option(o, values, argc, argv, i)) continue;
+        if (name == "--resume") o.resume = true;
         else if (name == "--render") o.render = value();
         else if (name == "--map") o.map = value();
-        else if (name == "--cameras") o.cameras = value();
-        else if (name == "--camera") o.camera = value();
-        else if (name == "--trajectory") o.trajectory = value();
-        else if (name == "--trajectory-format") {
-            auto const text = value();
-            o.trajectory_format = tilemesh::scene::trajectory_format(text);
-            if (!o.trajectory_format) values.refuse(name, text, "it takes tum, euroc, kitti or replica");
-        }
-        else if (name == "--report") o.report = value();
         else if (name == "--page") o.page = value();
-        else if (name == "--out") o.out = value();
-        else if (name == "--frames") o.frames = values.whole(name, value(), 1, 1'000'000);
-        else if (name == "--every") o.every = values.whole(name, value(), 1, 1'000'000);
-        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
-        else if (name == "--size") o.size = size(name, value());
-        else if (name == "--near") o.near_depth = static_cast<float>(values.number(name, value(), 1e-30, 1e30, "above 0"));
-        else if (name == "--noise") o.noise = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
-        else if (name == "--shutter") o.shutter = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
         else if (name == "--gain-drift") o.gain_drift = values.number(name, value(), 0.0, 0.9, "from 0 to 0.9");
-        else if (name == "--depth-scale") o.depth_levels = values.number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
         else if (name == "--keyframe-every") o.keyframe_every = values.whole(name, value(), 1, 1'000'000);
         else if (name == "--open") o.most_open = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
         else if (name == "--steps") o.steps = values.whole(name, value(), 0, 1'000'000);
@@ -111,10 +84,7 @@ std::optional<Options> options_of(int argc, char** argv)
     if (o.photos && o.render) throw Error("--photos and --render exclude each other (pictures come from one of them); leave one out");
     if (o.photos && !o.cameras) throw Error("--photos needs the camera's lens and first pose (no --cameras is given); add --cameras FILE");
     if (o.photos && o.size) throw Error("--size is for rendered pictures (--photos has its own); leave it out");
-    if (!o.camera.empty() && !o.cameras) throw Error("--camera needs a file (no --cameras is given); add --cameras FILE");
-    if (o.relative && !o.trajectory) throw Error("--relative needs a trajectory (no --trajectory is given); add --trajectory FILE");
-    if (o.trajectory_format && !o.trajectory)
-        throw Error("--trajectory-format needs a trajectory (no --trajectory is given); add --trajectory FILE");
+    shared::check_options(o);
     return o;
 }
 

@@ -6,43 +6,11 @@
 #include <string>
 #include <system_error>
 #include <tilemesh/report/distinct_files.hpp>
-#include <tilemesh/scene/colmap.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <unistd.h>
 
 namespace slam_program {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::scene::RgbdFrame> const& photos,
-                                 std::vector<fs::path> const& sized_by)
-{
-    std::vector<fs::path> files = sized_by;
-    for (auto const& map : {options.render, options.map})
-        if (map)
-            for (auto const& file : tilemesh::scene::map_files(*map)) files.push_back(file);
-    if (options.cameras) {
-        files.push_back(*options.cameras);
-        if (tilemesh::scene::names_colmap(*options.cameras)) {
-            auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
-            files.insert(files.end(), {cameras, images});
-        }
-    }
-    if (options.trajectory) files.push_back(*options.trajectory);
-    if (options.photos) {
-        files.push_back(*options.photos);
-        for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) files.push_back(*options.photos / list);
-    }
-    for (auto const& frame : photos) {
-        files.push_back(frame.colour.file);
-        if (!frame.depth.file.empty()) files.push_back(frame.depth.file);
-    }
-    std::erase_if(files, [](fs::path const& file) { // a folder stands for the files in it
-        std::error_code refused;
-        return fs::is_directory(file, refused);
-    });
-    return files;
-}
 
 void prepare_outputs(Options const& options, std::vector<fs::path> const& read)
 {

@@ -241,22 +241,14 @@ int run(Options const& o)
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     auto const map = o.map ? scene::load_map(*o.map, shared::codecs(), scene::FarMeans::moved) : scene::built_in_map();
     auto notes = map.notes;
-    auto camera = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
-    std::vector<std::filesystem::path> sized_by;
-    bool names_near = true;
-    if (o.cameras) {
-        std::vector<std::string> of_file;
-        auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &sized_by);
-        shared::add_notes(notes, *o.cameras, of_file);
-        auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, o.map ? o.map->stem().string() : "built-in"), map.origin);
-        camera = scene::resized(chosen.front().camera, size.width, size.height);
-        names_near = chosen.front().names_near;
-    }
+    auto const guess = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
+    auto const first = shared::first_camera(o, guess, size, o.map ? o.map->stem().string() : "built-in", map.origin, notes);
+    auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
     auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
     if (o.near_depth) lens.near_depth = *o.near_depth;
-    else if (!names_near) lens.near_depth = scene::near_for(map, first_view());
+    else if (!first.names_near) lens.near_depth = scene::near_for(map, first_view());
     auto const view = splat::make_view(first_view(), {});
     auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
@@ -264,17 +256,12 @@ int run(Options const& o)
     if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);
-    track_camera::prepare_outputs(o, track_camera::files_read(o, list, sized_by), static_cast<std::size_t>(frames));
+    track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
 
     tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
     if (o.photos) {
-        bool const has_truth = !poses.empty();
         shared::Photos const source{o, std::move(list), std::move(poses), size};
-        std::size_t known = 0;
-        for (std::size_t k = 0; k < source.count(); ++k) known += source.truth(k) ? 1 : 0;
-        if (has_truth && known == 0)
-            throw Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
         return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), printer);
     }
     auto const seen_from = [&](splat::Camera const& at) {
@@ -292,10 +279,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return shared::run_softly("track_camera", [&] {
-        auto const options = track_camera::options_of(argc, argv);
-        if (!options) return 0;
-        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
-        return run(*options);
-    });
+    return shared::run_program("track_camera", track_camera::options_of, run, argc, argv);
 }

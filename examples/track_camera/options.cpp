@@ -41,13 +41,6 @@ trajectory and spoilt as a camera would.
 
 constexpr shared::OptionValues values("track_camera");
 
-tilemesh::scene::Size size(std::string_view option, std::string_view text)
-{
-    auto const x = text.find('x');
-    if (x == std::string_view::npos) values.refuse(option, text, "it takes a width and a height, as in 640x480");
-    return {values.whole(option, text.substr(0, x), 1, 65535), values.whole(option, text.substr(x + 1), 1, 65535)};
-}
-
 } // namespace
 
 std::optional<Options> options_of(int argc, char** argv)
@@ -61,31 +54,11 @@ std::optional<Options> options_of(int argc, char** argv)
             shared::print(help, "send it to a file or a terminal with room", std::cout);
             return {};
         }
-        if (name == "--relative") o.relative = true;
-        else if (name == "--quiet") o.quiet = true;
-        else if (name == "--no-depth") o.depth = false;
-        else if (name == "--trajectory") o.trajectory = value();
-        else if (name == "--trajectory-format") {
-            auto const text = value();
-            o.trajectory_format = tilemesh::scene::trajectory_format(text);
-            if (!o.trajectory_format) values.refuse(name, text, "it takes tum, euroc, kitti or replica");
-        }
-        else if (name == "--cameras") o.cameras = value();
-        else if (name == "--camera") o.camera = value();
-        else if (name == "--report") o.report = value();
-        else if (name == "--out") o.out = value();
-        else if (name == "--frames") o.frames = values.whole(name, value(), 1, 1'000'000);
-        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
-        else if (name == "--every") o.every = values.whole(name, value(), 1, 1'000'000);
+        if (shared::read_option(o, values, argc, argv, i)) continue;
+        if (name == "--no-depth") o.depth = false;
         else if (name == "--one-in") o.one_in = values.whole(name, value(), 1, 1'000'000);
-        else if (name == "--photos") o.photos = value();
         else if (name == "--save-photos") o.save_photos = value();
-        else if (name == "--size") o.size = size(name, value());
-        else if (name == "--tile") o.tile = size(name, value());
-        else if (name == "--near") o.near_depth = static_cast<float>(values.number(name, value(), 1e-30, 1e30, "above 0"));
-        else if (name == "--noise") o.noise = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
-        else if (name == "--shutter") o.shutter = values.number(name, value(), 0.0, 1.0, "from 0 to 1");
-        else if (name == "--depth-scale") o.depth_levels = values.number(name, value(), 1e-6, 1e9, "from 1e-6 to 1e9");
+        else if (name == "--tile") o.tile = shared::size_value(values, name, value());
         else if (name == "--method") {
             using tilemesh::track::Method;
             auto const text = value();
@@ -97,11 +70,9 @@ std::optional<Options> options_of(int argc, char** argv)
         } else if (name.substr(0, 1) == "-" || name.empty() || o.map) values.refuse("an option", name, "there is no such option, or a second map");
         else o.map = name;
     }
-    if (!o.camera.empty() && !o.cameras) throw Error("--camera needs a file (no --cameras is given); add --cameras FILE");
     if (o.photos && o.map && !o.cameras) throw Error("--photos needs the camera's lens and first pose (no --cameras is given); add --cameras FILE");
     if (o.photos && (o.size || o.save_photos)) throw Error("--size and --save-photos are for rendered pictures (--photos has its own); leave them out");
-    if (o.relative && !o.trajectory) throw Error("--relative needs a trajectory (no --trajectory is given); add --trajectory FILE");
-    if (o.trajectory_format && !o.trajectory) throw Error("--trajectory-format needs a trajectory (no --trajectory is given); add --trajectory FILE");
+    shared::check_options(o);
     return o;
 }
 

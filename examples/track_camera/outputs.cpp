@@ -7,8 +7,6 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
-#include <tilemesh/scene/colmap.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <unistd.h>
 
 namespace track_camera {
@@ -44,35 +42,6 @@ std::string photo_file(std::size_t frame)
     std::array<char, 64> name{};
     std::snprintf(name.data(), name.size(), "%06zu.png", frame);
     return name.data();
-}
-
-std::vector<fs::path> files_read(Options const& options, std::vector<tilemesh::scene::RgbdFrame> const& photos, std::vector<fs::path> const& sized_by)
-{
-    std::vector<fs::path> files = sized_by;
-    if (options.map)
-        for (auto const& file : tilemesh::scene::map_files(*options.map)) files.push_back(file);
-    if (options.cameras) {
-        files.push_back(*options.cameras);
-        if (tilemesh::scene::names_colmap(*options.cameras)) {
-            auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
-            files.insert(files.end(), {cameras, images});
-        }
-    }
-    if (options.trajectory) files.push_back(*options.trajectory);
-    if (options.photos) {
-        files.push_back(*options.photos);
-        for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) files.push_back(*options.photos / list);
-    }
-    for (auto const& frame : photos) {
-        files.push_back(frame.colour.file);
-        if (!frame.depth.file.empty()) files.push_back(frame.depth.file);
-    }
-    // A folder stands for the files in it.
-    std::erase_if(files, [](fs::path const& file) {
-        std::error_code refused;
-        return fs::is_directory(file, refused);
-    });
-    return files;
 }
 
 void prepare_outputs(Options const& options, std::vector<fs::path> const& read, std::size_t frames)
