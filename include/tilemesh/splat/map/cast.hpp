@@ -25,6 +25,19 @@ struct BeginView {
     }
 };
 
+/// Projects the first n records on one host thread, many at once: f(i, splat of record i).
+template <class F>
+void project_each(Records const& records, std::uint32_t n, StepParameters const& step, F const& f) noexcept
+{
+    constexpr std::uint32_t at_once = 64;
+    Splat splats[at_once];
+    for (std::uint32_t begin = 0; begin < n; begin += at_once) {
+        std::uint32_t const left = n - begin, some = left < at_once ? left : at_once;
+        project_all(records.begin() + begin, some, step.view, step.tiling, splats);
+        for (std::uint32_t i = 0; i < some; ++i) f(begin + i, splats[i]);
+    }
+}
+
 /// Projects the records on all workers: entry i is the splat of record i.
 struct ProjectRecords {
     static constexpr char const* name = "project records";
@@ -46,13 +59,8 @@ struct ProjectRecords {
         static constexpr char const* name = ProjectRecords::name;
         void operator()(Here here, Broadcast<StepParameters> step, Records const& records, Entries& entries, Worker) const noexcept
         {
-            constexpr std::uint32_t at_once = 64;
-            Splat splats[at_once];
-            for (std::uint32_t begin = 0; begin < entries.size(); begin += at_once) {
-                std::uint32_t const left = entries.size() - begin, n = left < at_once ? left : at_once;
-                project_all(records.begin() + begin, n, step->view, step->tiling, splats);
-                for (std::uint32_t i = 0; i < n; ++i) set(entries[begin + i], splats[i], records[begin + i].id, *step, here.tile);
-            }
+            project_each(records, entries.size(), *step,
+                         [&](std::uint32_t i, Splat const& s) { set(entries[i], s, records[i].id, *step, here.tile); });
         }
     };
     using AllWorkers = OnOneThread<void>;

@@ -116,7 +116,7 @@ template <class Optimiser>
 inline constexpr std::uint32_t record_bytes = sizeof(Gaussian) + sizeof(typename Optimiser::State) + sizeof(TileId);
 constexpr std::uint32_t entry_bytes(std::uint32_t walkers) noexcept
 {
-    return sizeof(Entry) + sizeof(EntryKey) + walkers * static_cast<std::uint32_t>(sizeof(SplatSums));
+    return sizeof(Entry) + sizeof(SortKey) + walkers * static_cast<std::uint32_t>(sizeof(SplatSums));
 }
 /// The sizes of `MapStep` for tiles with room for `records` records: entries get all SRAM that the other regions leave, 0 if they leave
 /// none.

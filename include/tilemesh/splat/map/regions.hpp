@@ -9,6 +9,7 @@
 #include <tilemesh/splat/map/sums.hpp>
 #include <tilemesh/splat/map/tile.hpp>
 #include <tilemesh/splat/projection.hpp>
+#include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
@@ -102,17 +103,8 @@ struct EntrySums : Buffer<SplatSums> {
     static constexpr char const* name = "sums of splats";
     static constexpr auto slots = &MapSizes::sums;
 };
-/// An entry that touches the tile's pixels, in the order of depth.
-struct EntryKey {
-    std::uint32_t depth_bits;
-    GaussianId id;
-    std::uint32_t slot;
-};
-constexpr bool operator<(EntryKey const& a, EntryKey const& b) noexcept
-{
-    return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits : a.id < b.id;
-}
-struct EntryKeys : Buffer<EntryKey> {
+/// The entries that touch the tile's pixels, in the order of depth.
+struct EntryKeys : Buffer<SortKey> {
     static constexpr char const* name = "sort keys";
     static constexpr auto slots = &MapSizes::entries;
 };

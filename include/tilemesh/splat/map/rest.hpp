@@ -5,9 +5,9 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/superstep.hpp>
+#include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
-#include <tilemesh/splat/project_all.hpp>
 
 /// Records move to the tiles of their means in a new view, so that later views near it cost fewer messages. Where a record rests changes no
 /// bit of a step. So a record that finds no way stays where it is: nothing must wait, and nothing can be lost.
@@ -74,13 +74,7 @@ struct FindGoals {
         static constexpr char const* name = FindGoals::name;
         void operator()(Here here, Broadcast<StepParameters> step, Records const& records, Goals& goals, Worker) const noexcept
         {
-            constexpr std::uint32_t at_once = 64;
-            Splat splats[at_once];
-            for (std::uint32_t begin = 0; begin < records.size(); begin += at_once) {
-                std::uint32_t const left = records.size() - begin, n = left < at_once ? left : at_once;
-                project_all(records.begin() + begin, n, step->view, step->tiling, splats);
-                for (std::uint32_t i = 0; i < n; ++i) goals[begin + i] = goal_of(splats[i], here.tile);
-            }
+            project_each(records, records.size(), *step, [&](std::uint32_t i, Splat const& s) { goals[i] = goal_of(s, here.tile); });
         }
     };
     using AllWorkers = OnOneThread<void>;
