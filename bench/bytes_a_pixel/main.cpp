@@ -1,6 +1,7 @@
 // How few bytes a pixel can hold a picture: storage, channels and records become smaller, then the map.
 #include <algorithm>
 #include <cmath>
+#include <common/compact.hpp>
 #include <common/machine.hpp>
 #include <common/program.hpp>
 #include <common/scenes.hpp>
@@ -15,7 +16,6 @@
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/splat/compact.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 

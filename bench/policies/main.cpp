@@ -133,7 +133,7 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- \"Largest first\" is [`splat::LargestFirst`](../../include/tilemesh/splat/contribution.hpp), `render_map --priority\n"
         "  largest`. \"Few slots\" are the 100 and 800 of the authors' public code. 40 hops end routing, and bloom, of a frame.\n"
         "- Records of 32 and 16 bytes are a **bound**, not a program: each record is [packed and\n"
-        "  unpacked](../../include/tilemesh/splat/compact.hpp) before it is loaded; slots, SRAM and messages have the packed\n"
+        "  unpacked](../common/compact.hpp) before it is loaded; slots, SRAM and messages have the packed\n"
         "  bytes. The work of packing is not in the times. In homes, only the records on their home tiles are packed.\n"
         "- The work of ranking is not in the modelled times either: the model has no price for it. It is in the host times.\n"
         "- \"Whole\" is a cold start. `fr1_xyz` is frame 4 of a recorded motion of a hand-held camera, after the whole view.\n"

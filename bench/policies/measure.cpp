@@ -1,6 +1,7 @@
 #include "measure.hpp"
 #include <algorithm>
 #include <cmath>
+#include <common/compact.hpp>
 #include <common/homes_machine.hpp>
 #include <common/machine.hpp>
 #include <cstring>
@@ -15,7 +16,6 @@
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
-#include <tilemesh/splat/compact.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>

@@ -18,7 +18,6 @@
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/blending_rules.hpp>
-#include <tilemesh/splat/compact.hpp>
 #include <tilemesh/splat/contribution.hpp>
 #include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/cell_lists.hpp>

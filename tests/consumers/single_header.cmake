@@ -45,7 +45,7 @@ string(REPLACE "\n\n" "\n//\n" licence "${licence}")
 file(CONFIGURE OUTPUT "${OUTPUT}" @ONLY CONTENT [=[
 #pragma once
 // tilemesh @VERSION@ in one file. Generated from the headers: change those, not this file. Left out: report/json.hpp
-// (needs nlohmann-json), scene/codec_*.hpp (need the libraries of decoders), mpi/ (needs MPI), poplar/ (needs Poplar), mapping/ and slam/ (compile for seconds), splat/compact.hpp (a bound, not a program). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
+// (needs nlohmann-json), scene/codec_*.hpp (need the libraries of decoders), mpi/ (needs MPI), poplar/ (needs Poplar), mapping/ and slam/ (compile for seconds). Needs C++20, glm and threads: g++ -std=c++20 -pthread.
 //
 // @licence@
 

@@ -1,8 +1,8 @@
 // Records of 32 and 16 bytes: what comes back, within which bounds, and what is refused.
+#include "../../bench/common/compact.hpp"
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <limits>
-#include <tilemesh/splat/compact.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
