@@ -374,10 +374,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return shared::run_softly("explore", [&] {
-        auto const options = options_of(argc, argv);
-        if (!options) return 0;
-        shared::note_interrupts(!options->quiet && isatty(STDERR_FILENO) == 1);
-        return run(*options);
-    });
+    return shared::run_program("explore", options_of, run, argc, argv);
 }

@@ -83,7 +83,23 @@ void size_homes(Setting const& s, Sized& out)
         homes.sizes.held = asked.storage.value_or(std::numeric_limits<std::int32_t>::max());
     }
     auto const& view = s.subject->views.front();
-    auto const layout = render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+    auto const layout_of = [&] {
+        return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+    };
+    auto const layout = [&] {
+        if (asked.of_preset || asked.storage) return layout_of();
+        try {
+            return layout_of();
+        } catch (tilemesh::Error const&) { // of "the rest", which names no number: what does one slot lack?
+            homes.sizes.held = 1;
+            static_cast<void>(layout_of());
+            throw tilemesh::Error("storage \"the rest\" of homes on machine " + s.machine->name + " (beside homes and channels of " +
+                                  std::to_string(homes.sizes.parcels) + " slots, a tile has room for a few splats); choose fewer slots of channels or a larger grid");
+        }
+    }();
+    if (!asked.of_preset && asked.storage && layout.sizes.held < *asked.storage)
+        throw tilemesh::Error("storage " + std::to_string(*asked.storage) + " of homes on machine " + s.machine->name + " (a tile has room for " +
+                              std::to_string(layout.sizes.held) + " slots beside homes and channels); choose at most that many");
     homes.sizes = layout.sizes;
     homes.fit = false;
     out.homes = homes;

@@ -341,6 +341,9 @@ private:
             Prices p;
             auto model = tilemesh::mk2(); // refuses a parameter that no model has
             for (auto const& [key, one] : choice) {
+                if (key == "exchange")
+                    value.refuse("has \"exchange\" (a model's fixed cycles and a machine's bytes a cycle have this name)",
+                                 "write \"exchange_byte\", thousandths of a cycle, for the speed of links, or \"exchange_start\" of a machine");
                 auto const number = one.whole(0, 0xffffffffu);
                 set_parameter(model, key, number, "guess: the study has it");
                 p.changed.push_back({key, std::to_string(number)});

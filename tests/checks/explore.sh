@@ -55,11 +55,22 @@ awk -F, 'NR > 1 && $14 > 0 && ($23 == 1 || $24 == 1) { bad = 1 } END { exit bad 
 has many/index.html 'loses [0-9,]*'
 has many/index.html 'at least: without barrier'
 has many/index.html 'does not fit'
+# A number of slots that does not fit is refused in both programs, and "the rest" of too small a tile is no number.
+has many.csv '^scamp-5 / homes / channel 20 waiting 20 storage 300,.*does not fit'
+has many.csv '^scamp-5 / homes / channel 20 waiting 20 storage the rest,.*does not fit'
+if grep -qE '4294967295|2147483647' many.csv; then fail "a size that nobody asked for: $(grep -E '4294967295|2147483647' many.csv | head -n 1)"; fi
 # Of one anchored setting with the rest of the SRAM, one more slot would not fit.
 name='mk2 sram 262144 / anchored / channel 60 waiting 20 storage the rest'
 awk -F, -v name="$name" '$1 == name { exit !($12 <= 262144 && $12 + 136 > 262144) }' many.csv || fail "the rest of the SRAM: $(grep "$name" many.csv)"
 explores many.json --csv one.csv --out one --threads 1
 same many.csv one.csv
+
+cat >large.json <<'JSON'
+{"size": [160, 90], "machines": ["mk2.txt"], "grid": [20, 18], "programs": ["anchored", "homes"], "sizes": [{"channel": 20, "waiting": 20, "storage": 90000}]}
+JSON
+explores large.json --csv large.csv --out large
+has large.csv '/ homes.*storage 90000 of homes on machine mk2 (a tile has room for '
+has large.csv '/ anchored.*does not fit'
 
 # Maps are not compared with each other: each has its front.
 {
@@ -124,6 +135,7 @@ bad '{"machines": ["mk2.txt"], "sizes": [{"chanel": 3}]}' 'has an unknown key "c
 bad '{"machines": ["mk2.txt"], "sizes": [{"storage": "half"}]}' 'or "the rest"'
 bad '{"machines": ["mk2.txt"], "costs": [{"warp": 3}]}' 'a cost model has no parameter "warp"'
 bad '{"machines": ["mk2.txt"], "costs": ["mk2.txt"]}' 'begins no cost model'
+bad '{"machines": ["mk2.txt"], "costs": [{"exchange": 8}]}' 'write "exchange_byte"'
 bad '{"machines": ["mk2.txt"], "maps": ["none.ply"]}' 'none.ply'
 bad '{"machines": ["wse2.txt"]}' 'more than 262,144 tiles'
 cp three.json study.json
