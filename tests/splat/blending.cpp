@@ -345,7 +345,8 @@ TEST_CASE("blending: small splats meet no denormal operand, and the caller's flo
     constexpr unsigned flags = 0x3fu, denormal_operand = 0x2u, underflow = 0x10u, flush_to_zero = 0x8000u;
     auto gaussians = support::cloud(900, 48);
     for (auto& g : gaussians) {
-        for (float& s : g.log_scale) s = -6; // a few pixels wide: far columns of their blocks are below 2^-126
+        for (float& s : g.log_scale) s = -6; // a few pixels wide: far columns of their cells are below 2^-126
+        if (static_cast<std::uint32_t>(g.id) % 2 != 0) g.log_scale[0] = -3; // needles: so are the corners of their rectangles
         g.opacity = 0.01f + 0.1f * std::fmod(static_cast<float>(static_cast<std::uint32_t>(g.id)), 9.0f);
     }
     Scene const scene(std::move(gaussians), support::lens(250, 131));

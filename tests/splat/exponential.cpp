@@ -1,4 +1,4 @@
-// test: without tsan
+// test: without asan tsan
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// test: without tsan
+// test: without asan tsan
 #include "support.hpp"
 #include <doctest/doctest.h>
 #include <limits>

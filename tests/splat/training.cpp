@@ -1,4 +1,4 @@
-// test: optimised, unoptimised asan, without test tsan, needs data, cost 20
+// test: optimised, without test asan tsan, needs data, cost 20
 // The quality `training`: the rules of 3D Gaussian Splatting's rasteriser, one by one and together against a rasteriser of the test's own in
 // double; and the background.
 #include "blended.hpp"
