@@ -130,6 +130,8 @@ std::string line_of(Point const& p)
     json["exchanges"] = p.exchanges;
     json["passes"] = p.passes;
     json["pairs"] = p.pairs;
+    json["first_ms"] = p.first_ms;
+    json["later_ms"] = p.later_ms ? Json(*p.later_ms) : Json();
     json["slowest_to_mean"] = p.slowest_to_mean;
     json["host_ms"] = p.host_ms;
     json["storage"] = p.storage;
@@ -148,6 +150,8 @@ try {
     p.left_out = json.at("left_out").get<std::string>();
     p.refused = json.at("refused").get<std::string>();
     p.picture = json.at("picture").get<std::string>();
+    p.first_ms = json.at("first_ms").get<double>();
+    if (!json.at("later_ms").is_null()) p.later_ms = json.at("later_ms").get<double>();
     p.slowest_to_mean = json.at("slowest_to_mean").get<double>();
     p.host_ms = json.at("host_ms").get<double>();
     for (auto const& [key, to] : {std::pair("sram_bytes", &p.sram_bytes), std::pair("exchanged_bytes", &p.exchanged_bytes), std::pair("lost", &p.lost),
@@ -261,7 +265,7 @@ private:
         try {
             frames = explore::run(first, group.sized, references(first), threads);
         } catch (Error const& error) { // the renderer refuses this setting: that is a result, too
-            refused = error.what();
+            refused = explore::refusal_of(error);
         }
         std::vector<Point> priced(group.members.size());
         std::string picture;
@@ -355,8 +359,10 @@ int run(Options const& o)
     report::write_whole(o.out / page_file, page_of(study, points, how));
     if (o.quiet) return 0;
     std::string text = how + "\n";
+    bool has_knee = false;
     for (auto const& [map, front] : fronts_of(values)) {
-        text += "the front of " + map + ":\n";
+        auto const of = std::find_if(study.settings.begin(), study.settings.end(), [&name = map](Setting const& s) { return s.subject->name == name; });
+        text += "the front of " + map + " (" + of->subject->view + "):\n";
         for (auto const i : front) {
             if (front.size() > 20 && i != front.front() && i != front.back()) continue; // the line below counts these
             text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
@@ -364,7 +370,9 @@ int run(Options const& o)
         }
         if (front.size() > 20) text += "  (" + thousands(front.size() - 2) + " points between the fastest and the slowest are in the table)\n";
         text += knee_text(values, front) + "\n";
+        has_knee = has_knee || knee_of(values, front);
     }
+    if (has_knee) text += std::string(tilemesh::knee_meaning) + "\n";
     text += "wrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";
     shared::print(text, "the study is written; --quiet prints errors only", std::cout);
     return 0;

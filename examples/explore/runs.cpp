@@ -41,6 +41,16 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     return options;
 }
 
+/// An error of the renderer, with an advice that a study can follow.
+std::string in_words_of_a_study(std::string const& error)
+{
+    constexpr char const* remedy = "name fewer slots in \"sizes\", a larger \"grid\" or a machine with more \"sram\"";
+    if (error.find("does not fit in a tile's SRAM") != error.npos) return with_remedy(error, remedy);
+    if (error.find(" slots hold ") != error.npos) // of all tiles: too few for the map
+        return with_remedy(error, "name more slots of \"storage\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
+    return error;
+}
+
 void size_anchored(Setting const& s, Sized& out)
 {
     auto const& view = s.subject->views.front();
@@ -87,14 +97,15 @@ void size_homes(Setting const& s, Sized& out)
         return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
     };
     auto const layout = [&] {
-        if (asked.of_preset || asked.storage) return layout_of();
+        if (!asked.of_preset && asked.storage) return layout_of();
         try {
             return layout_of();
-        } catch (tilemesh::Error const&) { // of "the rest", which names no number: what does one slot lack?
+        } catch (tilemesh::Error const&) { // of the preset or "the rest", which name no number: what does one slot lack?
             homes.sizes.held = 1;
             static_cast<void>(layout_of());
-            throw tilemesh::Error("storage \"the rest\" of homes on machine " + s.machine->name + " (beside homes and channels of " +
-                                  std::to_string(homes.sizes.parcels) + " slots, a tile has room for a few splats); choose fewer slots of channels or a larger grid");
+            throw tilemesh::Error((asked.of_preset ? "preset " + s.preset : "storage \"the rest\"") + " of homes on machine " + s.machine->name +
+                                  " (beside homes and channels of " + std::to_string(homes.sizes.parcels) + " slots, a tile has room for fewer than " +
+                                  std::to_string(render::least_held) + " splats); name fewer slots of \"channel\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
         }
     }();
     if (!asked.of_preset && asked.storage && layout.sizes.held < *asked.storage)
@@ -121,7 +132,7 @@ Sized sizes_of(Setting const& s)
         if (s.homes) size_homes(s, out);
         else size_anchored(s, out);
     } catch (tilemesh::Error const& error) {
-        out.refused = error.what();
+        out.refused = in_words_of_a_study(error.what());
     }
     return out;
 }
@@ -152,6 +163,11 @@ std::string point_digest(Setting const& s, std::string const& key)
     if (s.prices->model) write_cost_model(model, *s.prices->model);
     for (auto const& [parameter, value] : s.prices->changed) model << parameter << ' ' << value << '\n';
     return shared::sha256(std::to_string(TILEMESH_VERSION) + "\n" + s.name + "\n" + key + "\n" + machine_file_text(*s.machine) + model.str());
+}
+
+std::string refusal_of(tilemesh::Error const& error)
+{
+    return in_words_of_a_study(error.what());
 }
 
 std::vector<report::Image> references_of(Subject const& subject, std::uint32_t threads)
@@ -216,14 +232,19 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
         }
     }
     std::vector<std::uint64_t> busy;
+    std::uint64_t first_cycles = 0;
     for (auto const& frame : frames.frames) {
         auto const cost = model_cost(model, frame.trace, frame.grid);
         point.cycles += cost.cycles;
+        if (&frame == &frames.frames.front()) first_cycles = cost.cycles;
         busy.resize(frame.grid.size());
         for (auto const& step : cost.busy)
             for (std::size_t t = 0; t < step.size(); ++t) busy[t] += step[t];
     }
+    auto const later = static_cast<double>(frames.frames.size() - 1);
     point.modelled_ms = milliseconds(model, point.cycles) / static_cast<double>(frames.frames.size());
+    point.first_ms = milliseconds(model, first_cycles);
+    if (later > 0) point.later_ms = milliseconds(model, point.cycles - first_cycles) / later;
     auto const sum = std::accumulate(busy.begin(), busy.end(), 0.0);
     point.slowest_to_mean = sum > 0 ? static_cast<double>(*std::max_element(busy.begin(), busy.end())) * static_cast<double>(busy.size()) / sum : 1;
     point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : point.live_bytes;
