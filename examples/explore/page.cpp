@@ -212,7 +212,7 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
                    " Blue: on the front, a click opens its picture; the large dot is the knee. A red cross loses records, copies or tiles, so that its time is not that of a whole picture: it is on no front. A ring is a time "
                    "\"at least\": a number of its machine is unknown, and it is on no front (" + thousands(left_out) + " points). Grey: another point is better. Modelled time is the mean of all frames; the columns \"first\" and \"later\" have the first frame, "
                    "in which the records find their tiles, and the mean of the others. SRAM is what the sizes use, not what the machine has. Bytes exchanged are the capacities of all "
-                   "channels on a machine that is priced by capacity, and what is live on the others: compare them on one kind of machine only.");
+                   "channels on a machine that is priced by capacity, and the messages on the others, both with their heads: compare them on one kind of machine only.");
     Axis const ms{"modelled ms a frame", [](Point const& p) { return p.modelled_ms; }};
     Axis const psnr{"PSNR of the worst frame, dB", [](Point const& p) { return std::min(p.psnr_db, 150.0); }};
     Axis const sram{"SRAM that a tile uses, bytes", [](Point const& p) { return static_cast<double>(p.sram_bytes); }};

@@ -5,6 +5,7 @@
 #include "../shared/sha256.hpp"
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -196,7 +197,6 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
         out.point.exchanges += r.exchanges.total();
         out.point.passes += r.passes.total();
         out.point.pairs += r.pairs;
-        out.point.live_bytes += r.exchanged_live_bytes;
         out.point.capacity_bytes += r.exchanged_capacity_bytes;
         if (i == 0) out.picture = std::move(frame.image);
     }
@@ -232,11 +232,14 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
         }
     }
     std::vector<std::uint64_t> busy;
+    std::uint64_t sent_bytes = 0; // messages and heads
     std::uint64_t first_cycles = 0;
     for (auto const& frame : frames.frames) {
         auto const cost = model_cost(model, frame.trace, frame.grid);
         point.cycles += cost.cycles;
         if (&frame == &frames.frames.front()) first_cycles = cost.cycles;
+        for (auto const& superstep : frame.trace.supersteps)
+            for (auto const& tile : superstep.tiles) sent_bytes = std::accumulate(std::begin(tile.sent_bytes), std::end(tile.sent_bytes), sent_bytes);
         busy.resize(frame.grid.size());
         for (auto const& step : cost.busy)
             for (std::size_t t = 0; t < step.size(); ++t) busy[t] += step[t];
@@ -247,7 +250,7 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
     if (later > 0) point.later_ms = milliseconds(model, point.cycles - first_cycles) / later;
     auto const sum = std::accumulate(busy.begin(), busy.end(), 0.0);
     point.slowest_to_mean = sum > 0 ? static_cast<double>(*std::max_element(busy.begin(), busy.end())) * static_cast<double>(busy.size()) / sum : 1;
-    point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : point.live_bytes;
+    point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : sent_bytes;
     return point;
 }
 

@@ -22,7 +22,7 @@ struct Point : tilemesh::StudyPoint {
     std::string digest;             ///< of all that the point depends on
     std::string picture;            ///< the file of its first frame
     std::uint64_t cycles = 0;       ///< of all frames
-    std::uint64_t exchanges = 0, passes = 0, pairs = 0, live_bytes = 0, capacity_bytes = 0;
+    std::uint64_t exchanges = 0, passes = 0, pairs = 0, capacity_bytes = 0;
     double first_ms = 0;            ///< modelled, of the first frame, in which the records find their tiles
     std::optional<double> later_ms; ///< modelled, mean of the other frames; nothing if there are none
     double slowest_to_mean = 0;     ///< computed cycles of the slowest tile over those of the mean tile

@@ -159,6 +159,17 @@ has small.csv '^mk2 workers 7 / homes,.* 7 workers (a tile counts the work of 1 
 has many.csv '^scamp-5 / anchored / channel.*); name fewer slots in ""sizes""'
 if grep -nE '::|set_price|max_workers|choose more slots|give it fewer' ./*.csv; then fail "an advice for programmers"; fi
 
+# --- bytes: with the heads of channel ends on every machine, as tiles.csv and the prices have them --------------
+cat >bytes.json <<'JSON'
+{"size": [80, 48], "grid": [10, 9], "machines": ["gpu_sm.txt"], "programs": ["homes"]}
+JSON
+explores bytes.json --csv bytes.csv --out bytes
+"$render_map" --size 80x48 --grid 10x9 --machine gpu_sm.txt --trace sent --trace-tiles --fit off --program homes --quiet --out frames --report b.json >log 2>&1 ||
+    fail "render_map: $(cat log)"
+sent=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i ~ /^(north|east|west|south)_bytes$/) column[i] = 1; next } { for (i in column) n += $i } END { printf "%d", n }' sent/frame_0000.tiles.csv)
+equal "bytes sent" "$(sed -n 2p bytes.csv | cut -d, -f13)" "$sent"
+[ "$sent" -gt "$(counter b.json live 0)" ] || fail "no heads in $sent bytes"
+
 # --- a run that goes on ------------------------------------------------------------------------------
 run three.json --csv again.csv --out three >stdout 2>stderr || fail "status $?"
 has stderr '^3 points: 3 from an earlier run, 0 runs for 0 points'
