@@ -177,6 +177,15 @@ std::map<std::string, Point> read_points(fs::path const& out)
     return found;
 }
 
+/// Threads that end with their scope, also where an exception ends it.
+struct Threads {
+    std::vector<std::thread> all;
+    Threads() = default;
+    ~Threads() { for (auto& one : all) one.join(); }
+    Threads(Threads const&) = delete;
+    Threads& operator=(Threads const&) = delete;
+};
+
 // --- the runs ----------------------------------------------------------------------------------
 
 /// Settings with equal counts.
@@ -232,7 +241,6 @@ public:
         auto const workers = static_cast<std::uint32_t>(std::min<std::size_t>(options_.threads, std::max<std::size_t>(groups_.size(), 1)));
         auto const threads = std::max(1u, options_.threads / workers);
         std::atomic<std::size_t> next{0};
-        std::vector<std::thread> others;
         auto const work = [&] {
             for (std::size_t g = next++; g < groups_.size() && shared::interrupt() == 0 && !failed_; g = next++) {
                 try {
@@ -244,9 +252,16 @@ public:
                 }
             }
         };
-        for (std::uint32_t k = 1; k < workers; ++k) others.emplace_back(work);
-        work();
-        for (auto& other : others) other.join();
+        {
+            Threads others;
+            try {
+                for (std::uint32_t k = 1; k < workers; ++k) others.all.emplace_back(work);
+            } catch (...) {
+                failed_ = true; // those that were started end after their run
+                throw;
+            }
+            work();
+        }
         if (error_) std::rethrow_exception(error_);
     }
 
@@ -287,10 +302,11 @@ private:
                     }
                 }
             };
-            std::vector<std::thread> others;
-            for (std::uint32_t k = 1; k < threads; ++k) others.emplace_back(price);
-            price();
-            for (auto& other : others) other.join();
+            {
+                Threads others;
+                for (std::uint32_t k = 1; k < threads; ++k) others.all.emplace_back(price);
+                price();
+            }
             if (error) std::rethrow_exception(error);
         }
         std::lock_guard const lock(mutex_);
@@ -313,9 +329,10 @@ private:
     std::vector<report::Image> const& references(Setting const& s)
     {
         std::lock_guard const lock(references_mutex_);
-        auto const [at, is_new] = references_.try_emplace(s.subject.get());
-        if (is_new) at->second = explore::references_of(*s.subject, options_.threads);
-        return at->second;
+        auto const at = references_.find(s.subject.get());
+        if (at != references_.end()) return at->second;
+        auto all = explore::references_of(*s.subject, options_.threads); // whole or, after an exception, not there
+        return references_.emplace(s.subject.get(), std::move(all)).first->second;
     }
     void write_points() const
     {
