@@ -115,7 +115,7 @@ void check_outputs(Options const& o, Study const& study)
 /// A point as a line. Infinite PSNR (equal pictures) is null.
 std::string line_of(Point const& p)
 {
-    Json json;
+    auto json = Json::object();
     json["digest"] = p.digest;
     json["name"] = p.name;
     json["psnr_db"] = p.psnr_db;

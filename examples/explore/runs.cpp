@@ -9,13 +9,13 @@
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <sstream>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 
@@ -160,7 +160,7 @@ std::string run_key(Setting const& s, Sized const& sized)
 
 std::string point_digest(Setting const& s, std::string const& key)
 {
-    std::ostringstream model;
+    report::StringStream model; // a digest of a text that is cut short would be that of another point
     if (s.prices->model) write_cost_model(model, *s.prices->model);
     for (auto const& [parameter, value] : s.prices->changed) model << parameter << ' ' << value << '\n';
     return shared::sha256(std::to_string(TILEMESH_VERSION) + "\n" + s.name + "\n" + key + "\n" + machine_file_text(*s.machine) + model.str());
