@@ -31,7 +31,7 @@ using tilemesh::NetworkNode;
 using tilemesh::NetworkTransfer;
 
 /// What the word in the column `missing` stands for.
-constexpr std::array<std::pair<std::string_view, char const*>, 9> reasons = {{
+constexpr std::array<std::pair<std::string_view, char const*>, 10> reasons = {{
     {"", ""},
     {"rows", "which rows of cores are switched off is not published: the first rows are taken"},
     {"median", "published is a median over cores, and the model has the last one; which rows are switched off is not published"},
@@ -39,6 +39,7 @@ constexpr std::array<std::pair<std::string_view, char const*>, 9> reasons = {{
     {"clock", "a C600 may run at 1.49 GHz, and a copy may share buses"},
     {"load", "a compiled exchange of our model does not know load"},
     {"forward", "our Reduce wakes a core on each hop and ends in a corner; the wafer's routers forward in one cycle to its middle"},
+    {"wafer", "the price is that of documents about the first wafer; measured was the third"},
     {"stages", "a price of Sort that explains its mean and its slowest tile"},
     {"host", "timed on the host around a launch"},
 }};
@@ -150,6 +151,11 @@ void predict(Judge& judge, std::string const& text, std::map<std::string, double
         double const across = phase.number(4096), down = phase.number(4096), ways = across - 1 + down - 1;
         judge.predicted = 2 * ways * (1 + 2 * 2 + 1) / ways;
         judge.bound_by = "hops";
+    } else if (kind == "wafer") { // machines/wse2.txt: a cycle a hop, and 4 bytes a cycle (arXiv 2010.03660)
+        auto const what = phase.word();
+        if (what != "hop" && what != "word") refuse("its phase is neither a hop nor a word of the wafer");
+        judge.predicted = 1;
+        judge.bound_by = what == "hop" ? "hops" : "link";
     } else if (kind == "load") {
         judge.predicted = 1;
         judge.bound_by = "none";

@@ -115,7 +115,7 @@ void check_outputs(Options const& o, Study const& study)
 /// A point as a line. Infinite PSNR (equal pictures) is null.
 std::string line_of(Point const& p)
 {
-    Json json;
+    auto json = Json::object();
     json["digest"] = p.digest;
     json["name"] = p.name;
     json["psnr_db"] = p.psnr_db;
@@ -130,6 +130,8 @@ std::string line_of(Point const& p)
     json["exchanges"] = p.exchanges;
     json["passes"] = p.passes;
     json["pairs"] = p.pairs;
+    json["first_ms"] = p.first_ms;
+    json["later_ms"] = p.later_ms ? Json(*p.later_ms) : Json();
     json["slowest_to_mean"] = p.slowest_to_mean;
     json["host_ms"] = p.host_ms;
     json["storage"] = p.storage;
@@ -148,6 +150,8 @@ try {
     p.left_out = json.at("left_out").get<std::string>();
     p.refused = json.at("refused").get<std::string>();
     p.picture = json.at("picture").get<std::string>();
+    p.first_ms = json.at("first_ms").get<double>();
+    if (!json.at("later_ms").is_null()) p.later_ms = json.at("later_ms").get<double>();
     p.slowest_to_mean = json.at("slowest_to_mean").get<double>();
     p.host_ms = json.at("host_ms").get<double>();
     for (auto const& [key, to] : {std::pair("sram_bytes", &p.sram_bytes), std::pair("exchanged_bytes", &p.exchanged_bytes), std::pair("lost", &p.lost),
@@ -172,6 +176,15 @@ std::map<std::string, Point> read_points(fs::path const& out)
     }
     return found;
 }
+
+/// Threads that end with their scope, also where an exception ends it.
+struct Threads {
+    std::vector<std::thread> all;
+    Threads() = default;
+    ~Threads() { for (auto& one : all) one.join(); }
+    Threads(Threads const&) = delete;
+    Threads& operator=(Threads const&) = delete;
+};
 
 // --- the runs ----------------------------------------------------------------------------------
 
@@ -228,7 +241,6 @@ public:
         auto const workers = static_cast<std::uint32_t>(std::min<std::size_t>(options_.threads, std::max<std::size_t>(groups_.size(), 1)));
         auto const threads = std::max(1u, options_.threads / workers);
         std::atomic<std::size_t> next{0};
-        std::vector<std::thread> others;
         auto const work = [&] {
             for (std::size_t g = next++; g < groups_.size() && shared::interrupt() == 0 && !failed_; g = next++) {
                 try {
@@ -240,9 +252,16 @@ public:
                 }
             }
         };
-        for (std::uint32_t k = 1; k < workers; ++k) others.emplace_back(work);
-        work();
-        for (auto& other : others) other.join();
+        {
+            Threads others;
+            try {
+                for (std::uint32_t k = 1; k < workers; ++k) others.all.emplace_back(work);
+            } catch (...) {
+                failed_ = true; // those that were started end after their run
+                throw;
+            }
+            work();
+        }
         if (error_) std::rethrow_exception(error_);
     }
 
@@ -261,7 +280,7 @@ private:
         try {
             frames = explore::run(first, group.sized, references(first), threads);
         } catch (Error const& error) { // the renderer refuses this setting: that is a result, too
-            refused = error.what();
+            refused = explore::refusal_of(error);
         }
         std::vector<Point> priced(group.members.size());
         std::string picture;
@@ -283,10 +302,11 @@ private:
                     }
                 }
             };
-            std::vector<std::thread> others;
-            for (std::uint32_t k = 1; k < threads; ++k) others.emplace_back(price);
-            price();
-            for (auto& other : others) other.join();
+            {
+                Threads others;
+                for (std::uint32_t k = 1; k < threads; ++k) others.all.emplace_back(price);
+                price();
+            }
             if (error) std::rethrow_exception(error);
         }
         std::lock_guard const lock(mutex_);
@@ -309,9 +329,10 @@ private:
     std::vector<report::Image> const& references(Setting const& s)
     {
         std::lock_guard const lock(references_mutex_);
-        auto const [at, is_new] = references_.try_emplace(s.subject.get());
-        if (is_new) at->second = explore::references_of(*s.subject, options_.threads);
-        return at->second;
+        auto const at = references_.find(s.subject.get());
+        if (at != references_.end()) return at->second;
+        auto all = explore::references_of(*s.subject, options_.threads); // whole or, after an exception, not there
+        return references_.emplace(s.subject.get(), std::move(all)).first->second;
     }
     void write_points() const
     {
@@ -355,8 +376,10 @@ int run(Options const& o)
     report::write_whole(o.out / page_file, page_of(study, points, how));
     if (o.quiet) return 0;
     std::string text = how + "\n";
+    bool has_knee = false;
     for (auto const& [map, front] : fronts_of(values)) {
-        text += "the front of " + map + ":\n";
+        auto const of = std::find_if(study.settings.begin(), study.settings.end(), [&name = map](Setting const& s) { return s.subject->name == name; });
+        text += "the front of " + map + " (" + of->subject->view + "):\n";
         for (auto const i : front) {
             if (front.size() > 20 && i != front.front() && i != front.back()) continue; // the line below counts these
             text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
@@ -364,7 +387,9 @@ int run(Options const& o)
         }
         if (front.size() > 20) text += "  (" + thousands(front.size() - 2) + " points between the fastest and the slowest are in the table)\n";
         text += knee_text(values, front) + "\n";
+        has_knee = has_knee || knee_of(values, front);
     }
+    if (has_knee) text += std::string(tilemesh::knee_meaning) + "\n";
     text += "wrote " + o.csv.string() + " and " + (o.out / page_file).string() + "\n";
     shared::print(text, "the study is written; --quiet prints errors only", std::cout);
     return 0;

@@ -154,7 +154,7 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
     auto const front = front_of(values);
     auto const knees = knees_of(values);
     std::string text = "name,map,machine,program,preset,quality,capacities,costs,psnr_db,modelled_ms,cycles,sram_bytes,exchanged_bytes,lost,left_out,exchanges,"
-                       "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,picture,refused\n";
+                       "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,first_ms,later_ms,view,picture,refused\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
         auto const& p = points[i];
         auto const& s = study.settings[i];
@@ -173,6 +173,9 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
         for (auto const n : {p.storage, p.channel, p.waiting}) count(n);
         add(std::find(front.begin(), front.end(), i) != front.end() ? "1" : "0");
         add(std::find(knees.begin(), knees.end(), i) != knees.end() ? "1" : "0");
+        add(p.refused.empty() ? number(p.first_ms) : "");
+        add(p.refused.empty() && p.later_ms ? number(*p.later_ms) : "");
+        add(s.subject->view);
         add(p.picture);
         text += quoted(p.refused) + "\n";
     }
@@ -200,22 +203,29 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
                                                                {"lose something", thousands(lossy)}, {"do not run", thousands(refused)}};
     html.figures(figures);
     html.paragraph(how);
-    html.paragraph("The front has the points that no other one beats by error, modelled time, SRAM of a tile and bytes exchanged. Blue: on the front, a click opens its "
-                   "picture; the large dot is the knee. A red cross loses records, copies or tiles, so that its time is not that of a whole picture: it is on no front. A ring is a time "
-                   "\"at least\": a number of its machine is unknown, and it is on no front (" + thousands(left_out) + " points). Grey: another point is better. Modelled time is the mean of all frames, with the first, "
-                   "in which the records find their tiles. SRAM is what the sizes use, not what the machine has. Bytes exchanged are the capacities of all "
-                   "channels on a machine that is priced by capacity, and what is live on the others: compare them on one kind of machine only.");
+    std::vector<std::vector<std::string>> views;
+    for (auto const& s : study.settings)
+        if (views.size() < most_rows && std::none_of(views.begin(), views.end(), [&](auto const& row) { return row[0] == s.subject->name; }))
+            views.push_back({s.subject->name, thousands(s.subject->map.gaussians.size()), s.subject->view});
+    html.table({"map", "Gaussians", "seen by"}, views);
+    html.paragraph("The front has the points that no other one beats by error, modelled time, SRAM of a tile and bytes exchanged. " + std::string(tilemesh::knee_meaning) +
+                   " Blue: on the front, a click opens its picture; the large dot is the knee. A red cross loses records, copies or tiles, so that its time is not that of a whole picture: it is on no front. A ring is a time "
+                   "\"at least\": a number of its machine is unknown, and it is on no front (" + thousands(left_out) + " points). Grey: another point is better. Modelled time is the mean of all frames; the columns \"first\" and \"later\" have the first frame, "
+                   "in which the records find their tiles, and the mean of the others. SRAM is what the sizes use, not what the machine has. Bytes exchanged are the capacities of all "
+                   "channels on a machine that is priced by capacity, and the messages on the others, both with their heads: compare them on one kind of machine only.");
     Axis const ms{"modelled ms a frame", [](Point const& p) { return p.modelled_ms; }};
     Axis const psnr{"PSNR of the worst frame, dB", [](Point const& p) { return std::min(p.psnr_db, 150.0); }};
     Axis const sram{"SRAM that a tile uses, bytes", [](Point const& p) { return static_cast<double>(p.sram_bytes); }};
     Axis const bytes{"bytes exchanged", [](Point const& p) { return static_cast<double>(p.exchanged_bytes); }};
     auto const row_of = [&](std::size_t i) -> std::vector<std::string> {
         auto const& p = points[i];
-        if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", p.refused};
-        return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), thousands(p.sram_bytes), thousands(p.exchanged_bytes), thousands(p.lost),
-                thousands(p.exchanges), decimals(p.slowest_to_mean, 2), (is_knee(i) ? "knee" : "") + std::string(is_knee(i) && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
+        if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", "", "", "", p.refused};
+        return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), decimals(p.first_ms, 4), p.later_ms ? decimals(*p.later_ms, 4) : "", thousands(p.sram_bytes), thousands(p.exchanged_bytes), thousands(p.lost),
+                thousands(p.exchanges), decimals(p.slowest_to_mean, 2),
+                thousands(p.storage) + " / " + thousands(p.channel) + " / " + thousands(p.waiting), (is_knee(i) ? "knee" : "") + std::string(is_knee(i) && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
     };
-    std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "SRAM, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile", "mark"};
+    std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "first, ms", "later, ms", "SRAM, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile",
+                                              "slots: storage / channel / waiting", "mark"};
     std::vector<std::vector<std::string>> rows;
     std::vector<std::string> diagrams;
     for (auto const& front : fronts) {

@@ -5,16 +5,17 @@
 #include "../shared/sha256.hpp"
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <sstream>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 
@@ -39,6 +40,16 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     options.program = s.homes ? report::Program::homes : report::Program::anchored;
     options.quality = s.quality;
     return options;
+}
+
+/// An error of the renderer, with an advice that a study can follow.
+std::string in_words_of_a_study(std::string const& error)
+{
+    constexpr char const* remedy = "name fewer slots in \"sizes\", a larger \"grid\" or a machine with more \"sram\"";
+    if (error.find("does not fit in a tile's SRAM") != error.npos) return with_remedy(error, remedy);
+    if (error.find(" slots hold ") != error.npos) // of all tiles: too few for the map
+        return with_remedy(error, "name more slots of \"storage\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
+    return error;
 }
 
 void size_anchored(Setting const& s, Sized& out)
@@ -87,14 +98,15 @@ void size_homes(Setting const& s, Sized& out)
         return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
     };
     auto const layout = [&] {
-        if (asked.of_preset || asked.storage) return layout_of();
+        if (!asked.of_preset && asked.storage) return layout_of();
         try {
             return layout_of();
-        } catch (tilemesh::Error const&) { // of "the rest", which names no number: what does one slot lack?
+        } catch (tilemesh::Error const&) { // of the preset or "the rest", which name no number: what does one slot lack?
             homes.sizes.held = 1;
             static_cast<void>(layout_of());
-            throw tilemesh::Error("storage \"the rest\" of homes on machine " + s.machine->name + " (beside homes and channels of " +
-                                  std::to_string(homes.sizes.parcels) + " slots, a tile has room for a few splats); choose fewer slots of channels or a larger grid");
+            throw tilemesh::Error((asked.of_preset ? "preset " + s.preset : "storage \"the rest\"") + " of homes on machine " + s.machine->name +
+                                  " (beside homes and channels of " + std::to_string(homes.sizes.parcels) + " slots, a tile has room for fewer than " +
+                                  std::to_string(render::least_held) + " splats); name fewer slots of \"channel\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
         }
     }();
     if (!asked.of_preset && asked.storage && layout.sizes.held < *asked.storage)
@@ -121,7 +133,7 @@ Sized sizes_of(Setting const& s)
         if (s.homes) size_homes(s, out);
         else size_anchored(s, out);
     } catch (tilemesh::Error const& error) {
-        out.refused = error.what();
+        out.refused = in_words_of_a_study(error.what());
     }
     return out;
 }
@@ -148,10 +160,15 @@ std::string run_key(Setting const& s, Sized const& sized)
 
 std::string point_digest(Setting const& s, std::string const& key)
 {
-    std::ostringstream model;
+    report::StringStream model; // a digest of a text that is cut short would be that of another point
     if (s.prices->model) write_cost_model(model, *s.prices->model);
     for (auto const& [parameter, value] : s.prices->changed) model << parameter << ' ' << value << '\n';
     return shared::sha256(std::to_string(TILEMESH_VERSION) + "\n" + s.name + "\n" + key + "\n" + machine_file_text(*s.machine) + model.str());
+}
+
+std::string refusal_of(tilemesh::Error const& error)
+{
+    return in_words_of_a_study(error.what());
 }
 
 std::vector<report::Image> references_of(Subject const& subject, std::uint32_t threads)
@@ -180,7 +197,6 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
         out.point.exchanges += r.exchanges.total();
         out.point.passes += r.passes.total();
         out.point.pairs += r.pairs;
-        out.point.live_bytes += r.exchanged_live_bytes;
         out.point.capacity_bytes += r.exchanged_capacity_bytes;
         if (i == 0) out.picture = std::move(frame.image);
     }
@@ -216,17 +232,25 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
         }
     }
     std::vector<std::uint64_t> busy;
+    std::uint64_t sent_bytes = 0; // messages and heads
+    std::uint64_t first_cycles = 0;
     for (auto const& frame : frames.frames) {
         auto const cost = model_cost(model, frame.trace, frame.grid);
         point.cycles += cost.cycles;
+        if (&frame == &frames.frames.front()) first_cycles = cost.cycles;
+        for (auto const& superstep : frame.trace.supersteps)
+            for (auto const& tile : superstep.tiles) sent_bytes = std::accumulate(std::begin(tile.sent_bytes), std::end(tile.sent_bytes), sent_bytes);
         busy.resize(frame.grid.size());
         for (auto const& step : cost.busy)
             for (std::size_t t = 0; t < step.size(); ++t) busy[t] += step[t];
     }
+    auto const later = static_cast<double>(frames.frames.size() - 1);
     point.modelled_ms = milliseconds(model, point.cycles) / static_cast<double>(frames.frames.size());
+    point.first_ms = milliseconds(model, first_cycles);
+    if (later > 0) point.later_ms = milliseconds(model, point.cycles - first_cycles) / later;
     auto const sum = std::accumulate(busy.begin(), busy.end(), 0.0);
     point.slowest_to_mean = sum > 0 ? static_cast<double>(*std::max_element(busy.begin(), busy.end())) * static_cast<double>(busy.size()) / sum : 1;
-    point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : point.live_bytes;
+    point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : sent_bytes;
     return point;
 }
 

@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/explore.hpp>
 #include <tilemesh/render/homes_choice.hpp>
@@ -20,7 +22,9 @@ struct Point : tilemesh::StudyPoint {
     std::string digest;             ///< of all that the point depends on
     std::string picture;            ///< the file of its first frame
     std::uint64_t cycles = 0;       ///< of all frames
-    std::uint64_t exchanges = 0, passes = 0, pairs = 0, live_bytes = 0, capacity_bytes = 0;
+    std::uint64_t exchanges = 0, passes = 0, pairs = 0, capacity_bytes = 0;
+    double first_ms = 0;            ///< modelled, of the first frame, in which the records find their tiles
+    std::optional<double> later_ms; ///< modelled, mean of the other frames; nothing if there are none
     double slowest_to_mean = 0;     ///< computed cycles of the slowest tile over those of the mean tile
     double host_ms = 0;             ///< of the run, which several points may share
     std::uint32_t storage = 0, channel = 0, waiting = 0; ///< slots
@@ -36,6 +40,9 @@ struct Sized {
 };
 /// Never throws for a setting that does not fit: it says so.
 Sized sizes_of(Setting const& setting);
+
+/// Why a renderer cannot run a setting, with an advice that a study can follow.
+std::string refusal_of(tilemesh::Error const& error);
 
 /// Settings with equal keys have equal counts, bit for bit: a run of one of them prices all.
 std::string run_key(Setting const& setting, Sized const& sized);

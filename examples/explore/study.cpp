@@ -142,8 +142,8 @@ public:
         if (auto const grid = all.get("grid")) grid_ = tilemesh::Extent2{pair_of(*grid).width, pair_of(*grid).height};
         std::vector<std::shared_ptr<Subject const>> subjects;
         if (auto const maps = all.get("maps"))
-            for (auto const& map : maps->all()) subjects.push_back(subject(map.text()));
-        else subjects.push_back(subject("built-in"));
+            for (auto const& map : maps->all()) subjects.push_back(subject(map));
+        else subjects.push_back(subject("built-in", "built-in", views_));
         auto const machines_of = all.get("machines");
         if (!machines_of) all.refuse("has no machines", "add \"machines\": [\"mk2.txt\"]");
         for (auto const& value : machines_of->all()) add_machines(value);
@@ -234,34 +234,59 @@ private:
         views.allow({"frames", "degrees", "cameras", "camera"});
         if (auto const n = views.get("frames")) frames_ = n->whole(1, 10'000);
         if (auto const d = views.get("degrees")) degrees_ = d->number();
-        if (auto const c = views.get("cameras")) cameras_ = file(c->text());
-        if (auto const c = views.get("camera")) camera_ = c->text();
-        if (!camera_.empty() && !cameras_) views.refuse("has a camera without cameras", "add \"cameras\": \"FILE\"");
-        views_ = std::to_string(frames_) + " " + std::to_string(degrees_) + " " + camera_ + " " + (cameras_ ? shared::sha256(text_of(*cameras_)) : "");
+        views_ = view_of(views, {});
     }
-    std::shared_ptr<Subject const> subject(std::string const& name)
+    /// Which camera shows a map: those of `before`, but for what the value names.
+    struct View {
+        std::string cameras, camera;               ///< of a file, by its name in the study; empty: none is named
+    };
+    static View view_of(Value const& value, View before)
+    {
+        if (auto const c = value.get("cameras")) before.cameras = c->text();
+        if (auto const c = value.get("camera")) before.camera = c->text();
+        if (!before.camera.empty() && before.cameras.empty()) value.refuse("has a camera without cameras", "add \"cameras\": \"FILE\"");
+        return before;
+    }
+    std::shared_ptr<Subject const> subject(Value const& map)
+    {
+        if (map.is_text()) return subject(map.text(), {}, views_);
+        map.allow({"file", "name", "cameras", "camera"});
+        auto const of_file = map.get("file");
+        if (!of_file) map.refuse("names no map", "write a file, or {\"file\": \"salad.ply\", \"cameras\": \"cameras.json\", \"camera\": \"front\"}");
+        return subject(of_file->text(), map.get("name") ? map.get("name")->text() : "", view_of(map, views_));
+    }
+    /// `name`: empty for that of the map's file.
+    std::shared_ptr<Subject const> subject(std::string const& map, std::string const& name, View const& view)
     {
         auto out = std::make_shared<Subject>();
         tilemesh::splat::Camera first;
         scene::Size const size{size_.width, size_.height};
-        bool const built_in = name == "built-in";
+        bool const built_in = map == "built-in";
         if (built_in) {
             out->map = scene::built_in_map();
             first = scene::built_in_camera(size);
+            out->view = "the built-in map's camera";
         } else {
-            out->map = scene::load_map(file(name), shared::codecs(), scene::FarMeans::moved);
-            if (out->map.gaussians.empty()) throw Error(shared::one_line(name) + " has no Gaussian (there is nothing to render); name another map");
+            out->map = scene::load_map(file(map), shared::codecs(), scene::FarMeans::moved);
+            if (out->map.gaussians.empty()) throw Error(shared::one_line(map) + " has no Gaussian (there is nothing to render); name another map");
             first = scene::frame_whole(out->map, size);
+            out->view = "a guessed camera, along +z at the whole map";
         }
-        if (cameras_) {
-            auto const all = scene::load_cameras(*cameras_, nullptr, scene::DistortedLens::refused, size);
-            auto chosen = scene::relative_to_origin(scene::select_cameras(all, camera_, out->map.name), out->map.origin).front();
+        std::string cameras_digest;
+        if (!view.cameras.empty()) {
+            auto const path = file(view.cameras);
+            auto const all = scene::load_cameras(path, nullptr, scene::DistortedLens::refused, size);
+            auto chosen = scene::relative_to_origin(scene::select_cameras(all, view.camera, out->map.name), out->map.origin).front();
             if (!chosen.names_near) chosen.camera.near_depth = scene::near_for(out->map, chosen.camera);
             first = scene::resized(chosen.camera, size.width, size.height);
+            out->view = "camera " + shared::one_line(chosen.name, 60) + " of " + shared::one_line(view.cameras, 60);
+            cameras_digest = shared::sha256(text_of(path));
         }
-        out->name = built_in ? name : out->map.name;
+        if (frames_ > 1) out->view += ", " + std::to_string(frames_) + " frames around the map's middle";
+        out->name = !name.empty() ? name : built_in ? map : out->map.name;
         out->views = scene::orbit(first, scene::robust_centre(out->map), degrees_, frames_);
-        out->key = (built_in ? name : shared::sha256(text_of(file(name)))) + " " + std::to_string(size.width) + " " + std::to_string(size.height) + " " + views_;
+        out->key = (built_in ? map : shared::sha256(text_of(file(map)))) + " " + std::to_string(size.width) + " " + std::to_string(size.height) + " " +
+                   std::to_string(frames_) + " " + std::to_string(degrees_) + " " + view.camera + " " + cameras_digest;
         return out;
     }
     void add_machines(Value const& value)
@@ -345,7 +370,11 @@ private:
                     value.refuse("has \"exchange\" (a model's fixed cycles and a machine's bytes a cycle have this name)",
                                  "write \"exchange_byte\", thousandths of a cycle, for the speed of links, or \"exchange_start\" of a machine");
                 auto const number = one.whole(0, 0xffffffffu);
-                set_parameter(model, key, number, "guess: the study has it");
+                try {
+                    set_parameter(model, key, number, "guess: the study has it");
+                } catch (Error const& error) {
+                    throw Error(with_remedy(error.what(), "write a parameter and a value that it can have into \"costs\""));
+                }
                 p.changed.push_back({key, std::to_string(number)});
                 p.name += (p.name.empty() ? "" : " ") + key + " " + std::to_string(number);
             }
@@ -359,8 +388,7 @@ private:
     std::optional<tilemesh::Extent2> grid_;
     std::uint32_t frames_ = 1;
     double degrees_ = 0.5;
-    std::optional<fs::path> cameras_;
-    std::string camera_, views_ = "1 of its own";
+    View views_;
     std::vector<std::shared_ptr<tilemesh::MachineFile const>> machines_;
 };
 

@@ -26,6 +26,7 @@ struct Capacities {
 /// A map with its views. It is shared, because most points have one map.
 struct Subject {
     std::string name, key;                         ///< `key` changes with the map's bytes and the views
+    std::string view;                              ///< which camera shows it, for readers
     tilemesh::scene::Map map;
     std::vector<tilemesh::splat::Camera> views;
 };
@@ -55,6 +56,12 @@ struct Study {
     std::vector<Setting> settings;
     std::vector<std::filesystem::path> read;       ///< every file that it reads
 };
+
+/// A problem with another advice: what follows the last "; " of an error.
+inline std::string with_remedy(std::string const& error, std::string const& remedy)
+{
+    return error.substr(0, error.rfind("; ")) + "; " + remedy;
+}
 
 /// Reads a study and the files that it names, which are beside it or absolute. Throws `tilemesh::Error`, one line, for anything else.
 Study load_study(std::filesystem::path const& path);

@@ -88,6 +88,88 @@ has maps/index.html 'The front of one'
 "$render_map" one.ply --size 80x48 --orbit 1 --frames 2 --machine mk2.txt --program homes --trace t --quiet --out o --report o.json >log 2>&1 || fail "render_map: $(cat log)"
 equal "cycles of two frames" "$(awk -F, 'NR == 5 { print $11 }' maps.csv)" "$(($(counter o.json cycles 0) + $(counter o.json cycles 1)))"
 
+# --- the studies of the README, with a map of one ball in the place of each, and small pictures --------
+# study_of NAME: the block below `<!-- study NAME -->`, with pictures of 80 x 48.
+study_of() {
+    awk -v mark="<!-- study $1 -->" '$0 == mark { on = 1; next } on && /^```/ { if (inside) exit; inside = 1; next } inside' "$readme" |
+        sed '1s/{/{"size": [80, 48], /' >"$1.json"
+    [ "$(wc -l <"$1.json")" -ge 2 ] || fail "the README has no study $1"
+}
+readme=$machines/../examples/README.md
+mkdir machines
+cp ./*.txt machines
+for map in salad sloth room; do cp one.ply $map.ply; done
+comma=
+printf '{"cameras": [' >cameras.json
+for scene in salad sloth; do
+    printf '%s{"scene": "%s", "name": "front", "width": 1280, "height": 720, "fx": 900, "fy": 900, "cx": 640, "cy": 360,
+      "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, %d], [0, 0, 0, 1]]}' "$comma" $scene $((${#comma} + 1)) >>cameras.json
+    comma=,
+done
+printf ']}\n' >>cameras.json
+for name in split links ten; do
+    study_of $name
+    explores $name.json --csv $name.csv --out $name
+done
+equal "points of a split" "$(wc -l <split.csv)" 19
+equal "splits with losses or refused" "$(awk -F, 'NR > 1 && $14 != 0 { n++ } END { print n + 0 }' split.csv)" 0
+equal "runs of a split" "$(ls split/run_*.png | wc -l)" 18
+equal "points of links" "$(wc -l <links.csv)" 9
+equal "runs of links" "$(ls links/run_*.png | wc -l)" 4
+awk -F, '/^[a-z-]* \/ mk2,/ { before = $10 } / twice the links,/ { n += $10 < before && $10 > before / 2 } END { exit n != 4 }' links.csv || fail "twice the links do not pay"
+equal "machines" "$(cut -d, -f3 ten.csv | sort -u | wc -l)" 11
+has ten.csv '^mk2 sram 262144 exchange 8,'
+# Which camera shows which map stands in the table, on the page, in the terminal.
+has links.csv '^salad / mk2,.*,"camera front of cameras.json, 3 frames around the map.s middle",'
+has links.csv '^sloth / mk2,.*,"camera front of cameras.json, 3 frames'
+has links.csv '^room / mk2,.*,"a guessed camera, along +z at the whole map, 3 frames'
+has links.csv "^built-in / mk2,.*,\"the built-in map's camera, 3 frames"
+has links/index.html 'camera front of cameras.json, 3 frames'
+run links.json --csv links.csv --out links >stdout 2>stderr || fail "status $?"
+has stdout '^the front of sloth (camera front of cameras.json, 3 frames'
+# The first frame is the one in which the records find their tiles; the mean of all is that of the first and the others.
+fields() { awk -F, -v name="$1" '$1 == name { print $10, $25, $26 }' links.csv; }
+fields 'built-in / mk2' | awk '{ exit !($2 > $3 && $1 * 3 > ($2 + 2 * $3) * 0.999999 && $1 * 3 < ($2 + 2 * $3) * 1.000001) }' || fail "times of frames: $(fields 'built-in / mk2')"
+equal "a single frame" "$(awk -F, 'NR == 2 { print ($10 == $25) $26 }' ten.csv)" 1
+# One map in two views is two maps with names; each camera has its picture.
+cat >views.json <<'JSON'
+{"size": [80, 48], "machines": ["mk2.txt"], "programs": ["homes"], "views": {"cameras": "cameras.json"},
+ "maps": [{"file": "one.ply", "name": "near", "camera": "salad/front"}, {"file": "one.ply", "name": "far", "camera": "sloth/front"}]}
+JSON
+explores views.json --csv views.csv --out views
+equal "views" "$(cut -d, -f2 views.csv | tr '\n' ' ')" "map near far "
+equal "pictures of views" "$(ls views/run_*.png | wc -l)" 2
+# What a knee and its gain are stands where they are named.
+cat >knee.json <<'JSON'
+{"size": [160, 90], "machines": [{"file": "mk2.txt", "sram": [200000, 230000, 262144, 300000, 400000]}], "grid": [20, 18], "programs": ["homes"]}
+JSON
+run knee.json --csv knee.csv --out knee >stdout 2>stderr || fail "status $?"
+has stdout '^The knee, where more time buys less SRAM, is mk2 sram '
+for place in stdout knee/index.html "$readme"; do has "$place" 'more time stops to buy much'; done
+
+# --- small machines: what happens, in words of a study -------------------------------------------------
+cat >small.json <<'JSON'
+{"size": [160, 90], "machines": [{"file": "mk2.txt", "sram": [150000, 140000]}, {"file": "mk2.txt", "workers": 7}], "grid": [20, 18], "programs": ["anchored", "homes"]}
+JSON
+explores small.json --csv small.csv --out small
+has small.csv '^mk2 sram 140000 / anchored,.* slots hold 9720); name more slots of ""storage"" in ""sizes"", a larger ""grid"" or a machine with more ""sram"""$'
+has small.csv '^mk2 sram 150000 / homes,.*preset lossless of homes on machine mk2 sram 150000 (beside homes and channels of 4 slots, a tile has room for fewer than 256 splats); name '
+has small.csv '^mk2 workers 7 / anchored,.* 7 workers (a tile counts the work of 1 to 6); give the machine 1 to 6 workers$'
+has small.csv '^mk2 workers 7 / homes,.* 7 workers (a tile counts the work of 1 to 6); give the machine 1 to 6 workers$'
+has many.csv '^scamp-5 / anchored / channel.*); name fewer slots in ""sizes""'
+if grep -nE '::|set_price|max_workers|choose more slots|give it fewer' ./*.csv; then fail "an advice for programmers"; fi
+
+# --- bytes: with the heads of channel ends on every machine, as tiles.csv and the prices have them --------------
+cat >bytes.json <<'JSON'
+{"size": [80, 48], "grid": [10, 9], "machines": ["gpu_sm.txt"], "programs": ["homes"]}
+JSON
+explores bytes.json --csv bytes.csv --out bytes
+"$render_map" --size 80x48 --grid 10x9 --machine gpu_sm.txt --trace sent --trace-tiles --fit off --program homes --quiet --out frames --report b.json >log 2>&1 ||
+    fail "render_map: $(cat log)"
+sent=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i ~ /^(north|east|west|south)_bytes$/) column[i] = 1; next } { for (i in column) n += $i } END { printf "%d", n }' sent/frame_0000.tiles.csv)
+equal "bytes sent" "$(sed -n 2p bytes.csv | cut -d, -f13)" "$sent"
+[ "$sent" -gt "$(counter b.json live 0)" ] || fail "no heads in $sent bytes"
+
 # --- a run that goes on ------------------------------------------------------------------------------
 run three.json --csv again.csv --out three >stdout 2>stderr || fail "status $?"
 has stderr '^3 points: 3 from an earlier run, 0 runs for 0 points'
@@ -133,7 +215,12 @@ bad '{"machines": ["mk2.txt"], "size": [0, 48]}' 'is no whole number from 1 to 6
 bad '{"machines": ["mk2.txt"], "programs": ["auto"]}' 'cannot be "auto"'
 bad '{"machines": ["mk2.txt"], "sizes": [{"chanel": 3}]}' 'has an unknown key "chanel"'
 bad '{"machines": ["mk2.txt"], "sizes": [{"storage": "half"}]}' 'or "the rest"'
-bad '{"machines": ["mk2.txt"], "costs": [{"warp": 3}]}' 'a cost model has no parameter "warp"'
+bad '{"machines": ["mk2.txt"], "costs": [{"warp": 3}]}' 'a cost model has no parameter "warp" .*vote); write a parameter and a value'
+bad '{"machines": ["mk2.txt"], "costs": [{"exchange_cost": 3}]}' 'parameter exchange_cost cannot be 3'
+bad '{"machines": ["mk2.txt"], "maps": [{"camera": "a"}]}' 'maps\[0\] names no map'
+bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "camera": "a"}]}' 'has a camera without cameras'
+bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "frames": 2}]}' 'has an unknown key "frames"'
+bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "cameras": "cameras.json"}]}' 'no camera belongs to map "one"'
 bad '{"machines": ["mk2.txt"], "costs": ["mk2.txt"]}' 'begins no cost model'
 bad '{"machines": ["mk2.txt"], "costs": [{"exchange": 8}]}' 'write "exchange_byte"'
 bad '{"machines": ["mk2.txt"], "maps": ["none.ply"]}' 'none.ply'

@@ -62,6 +62,8 @@ columns=machine,figure,measured,unit,phase,missing,source
     echo "Blackhole,b,392,cycles,pair write straight 4 1024,,hand"
     echo "C600,c,0.005,ms,compiled 24000,lookups,hand"
     echo "CS-1,d,6,cycles a hop,reduce 602 595,forward,hand"
+    echo "CS-3,f,2,cycles,wafer hop,wafer,hand"
+    echo "CS-3,g,1.25,cycles,wafer word,,hand"
     echo "GC200,e,2,ms,stage sloth route_mean_ms,stages,hand"
 } >judges.csv
 { echo "table,row,quantity,paper,ours,ratio,kind,how,note" && echo "stage,sloth,route_mean_ms,2,3,1.5,modelled,predicted,n" &&
@@ -71,6 +73,8 @@ for row in "Wormhole,a,505.0,cycles,$((127 + 12 * 9 + 270)),1.000,3.0000,issue,,
     "Blackhole,b,392.0,cycles,$((4 * 17 + 12 * 9 + 20)),0.500,68,port out,,hand" \
     "C600,c,0.0050,ms,0.0048,0.951,,port in,the program looks up 400 records a tile: instructions that no document prices; there is no host copy in it,hand" \
     "CS-1,d,6.0000,cycles a hop,12,2.000,,hops,our Reduce wakes a core on each hop and ends in a corner; the wafer's routers forward in one cycle to its middle,hand" \
+    "CS-3,f,2.0000,cycles,1.0000,0.500,,hops,the price is that of documents about the first wafer; measured was the third,hand" \
+    "CS-3,g,1.2500,cycles,1.0000,0.800,,link,,hand" \
     "GC200,e,2.0000,ms,3.0000,1.500,,compute,a price of Sort that explains its mean and its slowest tile,hand"; do
     grep -qxF "$row" judged.csv || fail "judges: no line $row in $(cat judged.csv)"
 done
@@ -80,7 +84,7 @@ sed 's/505/2/' judges.csv >fast.csv
 "$program" --judges fast.csv >stdout && fail "a published time below the bound passes"
 grep -q "^BROKEN: a bound of documented rates is above a measured time$" stdout || fail "nothing is said to be broken"
 for line in "Wormhole,a,505,cycles,pair read straight 1 64,hand" "Wormhole,a,0,cycles,pair read straight 1 64,,hand" "Wormhole,a,x,cycles,reduce 2 2,,hand" \
-    "Wormhole,a,5,cycles,pair read straight 1,,hand" "Wormhole,a,5,cycles,pair read straight 1 0,,hand" "Wormhole,a,5,cycles,pair look straight 1 64,,hand" \
+    "Wormhole,a,5,cycles,pair read straight 1,,hand" "Wormhole,a,5,cycles,pair read straight 1 0,,hand" "CS-3,a,2,cycles,wafer turn,,hand" "Wormhole,a,5,cycles,pair look straight 1 64,,hand" \
     "Epiphany,a,5,cycles,pair read straight 1 64,,hand" "Wormhole,a,5,cycles,guess,,hand" "Wormhole,a,5,cycles,reduce 2 2,,"  "Wormhole,a,5,cycles,reduce 2 2,why,hand"; do
     { echo "$columns" && echo "$line"; } >wrong.csv
     refuses "^line 2 of the measurements cannot be used" --judges wrong.csv

@@ -77,7 +77,7 @@ TEST_CASE("the knee: the point above the chord, of gains in PSNR, then in SRAM; 
     CHECK(front == std::vector<std::size_t>{1, 2, 3, 0});
     CHECK(knee_of(points, front) == std::size_t{2});
     CHECK(knee_text(points, front) ==
-          "The knee is knee (55.00 dB, 2.0000 ms modelled, 100 bytes of SRAM a tile): the slowest point of the front, slow, takes 5.50 times as long.");
+          "The knee, where more time buys more PSNR, is knee (55.00 dB, 2.0000 ms modelled, 100 bytes of SRAM a tile): the slowest point of the front, slow, takes 5.50 times as long.");
     // A time with losses is on no front and in no sentence, and beats no complete point.
     points[1].lost = 1234;
     CHECK(front_of(points) == std::vector<std::size_t>{2, 3, 0});
@@ -91,9 +91,15 @@ TEST_CASE("the knee: the point above the chord, of gains in PSNR, then in SRAM; 
     CHECK(of_equal == std::vector<std::size_t>{0, 1, 2});
     CHECK(knee_of(equal, of_equal) == std::size_t{1});
     CHECK(has(knee_text(equal, of_equal), "equal pictures"));
+    CHECK(has(knee_text(equal, of_equal), "more time buys less SRAM, is b ("));
+    CHECK(knee_text(std::span(equal).first(1), front_of(std::span(equal).first(1))) ==
+          "The front has one point, and no knee: a (equal pictures, 1.0000 ms modelled, 900 bytes of SRAM a tile).");
+    auto bytes = equal; // of equal pictures and SRAM, the gain is bytes exchanged
+    for (auto& p : bytes) p.exchanged_bytes = p.sram_bytes, p.sram_bytes = 500;
+    CHECK(has(knee_text(bytes, front_of(bytes)), "more time buys fewer bytes exchanged, is b ("));
 
     CHECK_FALSE(knee_of(std::span(equal).first(2), front_of(std::span(equal).first(2))));
-    CHECK(has(knee_text(std::span(equal).first(2), front_of(std::span(equal).first(2))), "The front has no knee"));
+    CHECK(has(knee_text(std::span(equal).first(2), front_of(std::span(equal).first(2))), "The front has no knee: fewer than three of its 2 points buy less SRAM with more time."));
     for (auto& p : equal) p.left_out = "barrier";
     CHECK(front_of(equal).empty());
     CHECK(has(knee_text(equal, front_of(equal)), "No point has a front"));

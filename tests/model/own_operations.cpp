@@ -108,10 +108,10 @@ TEST_CASE("own operations: an operation without a price is refused by name; one 
     m.prices.pop_back();
     CHECK(error_of([&] { model_cost(m, trace, row); }) ==
           "cost model \"sorter\" cannot be applied (operation swap of kernel Transpose occurs, first in superstep 1, and has no price); give "
-          "it one with set_price, and say where it is from");
+          "it one (set_price, or a line of the model's file), and say where it is from");
     CHECK(has(error_of([&] { model_cost(mk2(), trace, row); }), "operation compare of kernel Transpose"));
     CHECK(error_of([&] { price_of(m, "swap"); }) ==
-          "cost model \"sorter\" has no price for operation swap (it prices compare); give it one with set_price");
+          "cost model \"sorter\" has no price for operation swap (it prices compare); give it one (set_price, or a line of the model's file)");
     auto still = trace;
     for (auto& s : still.supersteps)
         for (auto& t : s.tiles) t.operations[Sorting::swap] = 0;

@@ -263,7 +263,7 @@ TEST_CASE("a machine with more workers than a frame counts for, or with none, is
         CHECK((refusal(choice) == "") == counted);
         if (!counted)
             CHECK(refusal(choice) == "machine mk2 with " + std::to_string(workers) +
-                                         " workers (Work counts for 1 to 6); choose another machine, or raise Work::max_workers");
+                                         " workers (a tile counts the work of 1 to 6); give the machine 1 to 6 workers");
     }
 }
 

@@ -53,12 +53,13 @@ double psnr(report::Image const& image, report::Image const& whole) { return rep
 
 /// Renders a path, and checks in every frame that no id is lost or doubled, and that the picture lacks exactly the listed records.
 template <class S>
-void check_conservation(RendererOptions options, std::uint32_t slots, std::uint32_t records)
+void check_conservation(RendererOptions options, std::uint32_t slots, std::uint32_t records,
+                        std::vector<splat::Gaussian> const& gaussians = support::cloud(250, 31),
+                        std::vector<float> const& turns = {0.0f, 0.0f, 0.03f, -0.4f, 3.1f, 0.01f})
 {
-    auto const gaussians = support::cloud(250, 31);
     options.sizes = support::sized<S>(slots, records);
     auto const runner = make_runner<Referenced<S>>(support::map_of(gaussians), options);
-    for (float turn : {0.0f, 0.0f, 0.03f, -0.4f, 3.1f, 0.01f}) {
+    for (float turn : turns) {
         INFO("slots ", slots, ", records ", records, ", turn ", turn);
         auto const camera = support::lens(120, 80, turn);
         auto const frame = runner->render(camera);
@@ -167,6 +168,16 @@ TEST_CASE("contribution: every id is on a tile, under way, or listed, for every 
             check_conservation<LargestHold>({.grid = {7, 6}}, slots, records < 6 ? 6 : records);
             check_conservation<LargestDrop>({.grid = {20, 16}}, slots, records);
         }
+}
+
+TEST_CASE("contribution: a record comes to a tile whose copy of it has just given up its slot")
+{
+    // Two tiles of 20 slots for 40 records, so that both are full. The camera jumps, and anchors move to the tile beside, which has copies. A
+    // record that settles first takes the slot of such a copy, and the record of the copy settles in the same pass.
+    std::vector<float> const jumps{0, 0.3f, -0.3f, 0.6f, 0};
+    check_conservation<LargestHold>({.grid = {2, 1}}, 9, 20, support::cloud(40, 10), jumps);
+    check_conservation<LargestHold>({.grid = {3, 3}}, 9, 5, support::cloud(40, 12), jumps);
+    check_conservation<LargestDrop>({.grid = {2, 1}}, 9, 20, support::cloud(40, 10), jumps);
 }
 
 TEST_CASE("contribution: where nothing is full, picture and messages are those of first come")

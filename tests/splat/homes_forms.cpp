@@ -290,7 +290,7 @@ TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothi
     CHECK(error(good, machine::Tag<Values>{}) == differ);
     c = good;
     c.machine.workers = 7;
-    CHECK(error(c, rows) == "machine mk2 with 7 workers (the program of homes has words for 1 to 6); choose another machine");
+    CHECK(error(c, rows) == "machine mk2 with 7 workers (a tile counts the work of 1 to 6); give the machine 1 to 6 workers");
     c = good;
     c.machine.sram_bytes = 140'000;
     CHECK(error(c, rows).find("the program does not fit in a tile's SRAM") == 0);

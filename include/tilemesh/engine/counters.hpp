@@ -14,8 +14,8 @@ struct StepCounters {
     std::uint64_t exchanges = 0;       ///< exchanges that moved at least one message or note
     std::uint64_t tile_runs = 0;       ///< kernel calls on tiles that had to run
     std::uint64_t messages = 0;
-    std::uint64_t live_bytes = 0;      ///< bytes of messages
-    std::uint64_t capacity_bytes = 0;  ///< bytes that the compile-time exchange moves in these exchanges, live or not
+    std::uint64_t live_bytes = 0;      ///< bytes of messages: their number times their size, without the 8-byte heads of channel ends
+    std::uint64_t capacity_bytes = 0;  ///< bytes that the compile-time exchange moves in these exchanges, live or not, with the 8-byte heads
     double milliseconds = 0;           ///< host time
 };
 

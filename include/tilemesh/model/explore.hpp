@@ -39,12 +39,15 @@ struct MapFront {
 /// The front of each map, in the order in which maps occur; empty for a map without a point on it.
 TILEMESH_HOST std::vector<MapFront> fronts_of(std::span<StudyPoint const> points);
 
-/// The knee of one map's front: among its points that no other one beats by time and gain alone, the farthest above the straight line from the fastest
-/// to the slowest, both axes from 0 to 1. The gain is PSNR; if all points have one PSNR, less SRAM; then fewer bytes. Nothing if there
-/// are fewer than three such points. An infinite PSNR counts as 150 dB.
+/// What a knee is, for readers of a report.
+inline constexpr char knee_meaning[] =
+    "The knee is where more time stops to buy much: of the points of the front of which each slower one has more gain, the one farthest above the "
+    "straight line from the fastest to the slowest, both axes from 0 to 1. The gain is PSNR; if the whole front has one PSNR, it is less SRAM of a "
+    "tile; if that is equal too, fewer bytes exchanged.";
+/// The knee of one map's front, as `knee_meaning` says. Nothing if there are fewer than three such points. An infinite PSNR counts as 150 dB.
 TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front);
 
-/// One sentence about the knee, or why there is none.
+/// One sentence about the knee and its gain, or why there is none.
 TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::span<std::size_t const> front);
 
 /// "loses 12", "at least: without vote", "does not run"; empty for a point that lacks nothing.

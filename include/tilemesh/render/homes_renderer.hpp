@@ -117,8 +117,8 @@ private:
         sizes = layout.sizes;
         if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
             throw Error("machine " + std::string(choice_.machine.name) + " with " + std::to_string(choice_.machine.workers) +
-                        " workers (the program of homes has words for 1 to " + std::to_string(splat::homes::Work::max_workers) +
-                        "); choose another machine");
+                        " workers (a tile counts the work of 1 to " + std::to_string(splat::homes::Work::max_workers) +
+                        "); give the machine 1 to " + std::to_string(splat::homes::Work::max_workers) + " workers");
         if (sizes.homes == 0) throw Error("tiles without homes (every record lives in one); give a tile at least one");
         engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
         engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});

@@ -121,13 +121,13 @@ inline std::uint64_t sram_bytes_of(SetupChoice const& c)
 }
 
 /// The facts of a choice. Throws Error if it does not fit into its machine's SRAM, if it holds without FIFOs, or if `Work` has no counters
-/// for the machine's number of workers.
+/// for the machine's number of workers (`Work::max_workers`).
 inline SetupFacts facts_of(SetupChoice const& c)
 {
     if (c.machine.workers < 1 || c.machine.workers > splat::Work::max_workers)
         throw Error("machine " + std::string(c.machine.name) + " with " + std::to_string(c.machine.workers) +
-                    " workers (Work counts for 1 to " + std::to_string(splat::Work::max_workers) +
-                    "); choose another machine, or raise Work::max_workers");
+                    " workers (a tile counts the work of 1 to " + std::to_string(splat::Work::max_workers) +
+                    "); give the machine 1 to " + std::to_string(splat::Work::max_workers) + " workers");
     auto const words = words_of(c);
     ChoiceLedger ledger(c);
     SetupFacts f{c.name,

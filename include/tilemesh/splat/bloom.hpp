@@ -46,7 +46,9 @@ struct Bloom {
         std::uint32_t open = 0;
         detail::LookupOf<S> lookup;
         // A few at a time, so that the host's memory answers for several at once: first look for the records, then use what was found. A
-        // tile has one parent in a record's tree, so no two messages of a pass bring one record.
+        // tile has one parent in a record's tree, so no two messages of a pass bring one record. A record that took the slot of another one
+        // since then came from the same side, so the bits that its message would set are set, and the other record, the one that covered
+        // least, is counted.
         constexpr std::uint32_t at_once = 16;
         std::uint32_t slots[4 * at_once];
         for (Direction d : news) {
@@ -62,8 +64,6 @@ struct Bloom {
                         slots[j - k] = slot;
                     }
                 std::uint32_t i = slots[k % at_once];
-                if constexpr (may_rank<typename S::Saturation>)
-                    if (i != no_slot && marks[i].id != message.id) i = no_slot; // another record took its place in this pass
                 if (i == no_slot) {
                     auto const entry = Copies::splat(message, *frame);
                     counts.projected += reusable ? 1 : 0;

@@ -1,9 +1,10 @@
-// torture_program RENDER_MAP FAILING_CALLS CORPUS [TRACK_CAMERA]
-// Runs several command lines of render_map, or of track_camera, on a tiny map, with the library FAILING_CALLS preloaded. The k-th allocation, open, write,
-// rename, fsync, mkdir or thread start fails, alone or with all after it, for every k up to the last. Each run must end with status 0 and
-// the right files, or with status 2 and one line "<problem> (<why>); <what to do>". Each file must be complete or unchanged, the inputs
-// must not change, and nothing else may be left behind. Unless the environment variable TILEMESH_TORTURE is "all", it tries about four
-// values of k for each kind of call and command line. It prints a table at the end.
+// torture_program RENDER_MAP FAILING_CALLS CORPUS [PROGRAM]
+// Runs several command lines of render_map, or of PROGRAM (track_camera, slam, explore), on a tiny map, with the library FAILING_CALLS
+// preloaded. The k-th allocation, open, write, rename, fsync, mkdir or thread start fails, alone or with all after it, for every k up to the
+// last. Each run must end with status 0 and the right files, or with status 2 and one line "<problem> (<why>); <what to do>". Each file must
+// be complete or unchanged, the inputs must not change, and nothing else may be left behind. Where the same command goes on after an error
+// (slam --resume, explore), it must then end with the right files. Unless the environment variable TILEMESH_TORTURE is "all", it tries about four
+// values of k for each kind of call and command line; with "all" every one of up to 2,000, or as many of more. It prints a table at the end.
 #include "torture.hpp"
 #include <algorithm>
 #include <cerrno>
@@ -21,6 +22,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -51,6 +53,7 @@ Files texts_of(fs::path const& folder)
 }
 /// The list of finished frames. A frame that cannot be read back is rendered again, and has its line again: `once` leaves that out.
 constexpr char const* journal = "resume.jsonl";
+constexpr char const* checkpoint = "checkpoint.bin";
 std::string once(std::string const& text)
 {
     std::istringstream in(text);
@@ -63,12 +66,14 @@ std::string once(std::string const& text)
 /// The same files, to be compared: host times differ from run to run, so they are 0.
 Files files_of(fs::path const& folder)
 {
-    static std::regex const times("\"host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"digest\":\"[0-9a-f]*\"\\}\n");
+    static std::regex const times("\"(keyframe_)?host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"digest\":\"[0-9a-f]*\"\\}\n");
     auto all = texts_of(folder);
     for (auto& [name, text] : all)
         if (fs::path(name).extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
     for (auto& [name, text] : all)
         if (fs::path(name).filename() == journal) text = once(std::regex_replace(text, seals, "}\n")); // a digest has the times, too
+    for (auto& [name, text] : all)
+        if (fs::path(name).filename() == checkpoint && !text.empty()) text = checkpoint; // it has times; a run that goes on proves it
     return all;
 }
 
@@ -99,7 +104,8 @@ public:
     fs::path work() const { return work_; }
     Page& page() { return *page_; }
 
-    Ended run(std::vector<std::string> const& words)
+    Ended run(std::vector<std::string> const& words) { return run(program_, words); }
+    Ended run(fs::path const& of, std::vector<std::string> const& words)
     {
         auto const child = ::fork();
         if (child < 0) throw std::runtime_error("no process");
@@ -111,7 +117,7 @@ public:
             ::setenv("TILEMESH_TORTURE_PAGE", std::to_string(file_).c_str(), 1);
             ::setenv("LD_PRELOAD", failing_.c_str(), 1);
             std::vector<char*> arguments;
-            auto program = program_.string();
+            auto program = of.string();
             arguments.push_back(program.data());
             auto copy = words;
             for (auto& word : copy) arguments.push_back(word.data());
@@ -135,9 +141,10 @@ private:
     Page* page_ = nullptr;
 };
 
+/// One line. Before it may stand what explore says while it runs.
 bool is_refusal(std::string const& text)
 {
-    static std::regex const form("[^(\\n][^\\n]* \\([^\\n]*\\); [^\\n]+\\n");
+    static std::regex const form("((run )?[0-9]+ (of|points: )[^\\n]*\\n)*[^(\\n][^\\n]* \\([^\\n]*\\); [^\\n]+\\n");
     return std::regex_match(text, form);
 }
 
@@ -148,19 +155,52 @@ std::string masked(std::string const& text)
     return std::regex_replace(text, numbers, "#");
 }
 
+/// The files, but for the counts of an HTML page: how many points are from an earlier run.
+Files results_of(Files files)
+{
+    for (auto& [name, text] : files)
+        if (fs::path(name).extension() == ".html") text = masked(text);
+    return files;
+}
+
 /// A whole report.json that says that it has not all frames.
 bool is_report_of_frames_done(std::string const& text)
 {
     return text.find("stopped after frame") != std::string::npos && text.ends_with("}\n") && nlohmann::json::accept(text);
 }
 
-/// Is it a whole file of track_camera about the frames before the one that failed?
-bool is_of_frames_tracked(fs::path const& name, std::string const& text, std::string const& right)
+/// A whole binary PLY of floats: it has as many bytes as its header says.
+bool is_whole_ply(std::string const& text)
 {
+    constexpr std::string_view mark = "end_header\n", count = "element vertex ";
+    auto const end = text.find(mark), vertices = text.find(count);
+    if (end == text.npos || vertices > end) return false;
+    std::size_t properties = 0;
+    for (auto at = text.find("property float "); at < end; at = text.find("property float ", at + 1)) ++properties;
+    return text.size() == end + mark.size() + 4 * properties * std::stoul(text.substr(vertices + count.size()));
+}
+/// Each line is one of the right ones.
+bool is_some_lines(std::string const& text, std::string const& right)
+{
+    if (!text.empty() && text.back() != '\n') return false;
+    std::istringstream lines(text), all(right);
+    std::set<std::string> known;
+    for (std::string line; std::getline(all, line);) known.insert(line);
+    for (std::string line; std::getline(lines, line);)
+        if (known.count(line) == 0) return false;
+    return true;
+}
+
+/// Is it a whole file of track_camera, slam or explore about what was done before the call that failed?
+bool is_of_the_part_done(fs::path const& name, std::string const& text, std::string const& right)
+{
+    if (name.extension() == ".ply") return is_whole_ply(text);
+    if (name.extension() == ".html") return text.ends_with("</html>\n");
+    if (name.extension() == ".jsonl") return is_some_lines(text, right);
     if (name.extension() == ".tum" || name.extension() == ".txt") return text.ends_with('\n') && right.starts_with(text);
     if (name.filename() == "residual.ppm") return text.size() == right.size() && text.starts_with(right.substr(0, 3));
     if (name.filename() == "paths.svg") return text.ends_with("</svg>\n");
-    return name.filename() == "report.json" && nlohmann::json::accept(text);
+    return name.filename().string().starts_with("report") && name.extension() == ".json" && nlohmann::json::accept(text);
 }
 
 /// The list of finished frames is written line by line: the first lines of the right one, and perhaps one that is cut short.
@@ -211,6 +251,38 @@ std::vector<Command> commands_of_track_camera()
         {"refusal", {"in/no_such_map.ply"}},
     };
 }
+std::vector<Command> commands_of_slam(bool has_photos)
+{
+    auto const sized = [](std::vector<std::string> words, char const* threads) {
+        for (auto const* word : {"--frames", "2", "--steps", "1", "--finish", "1", "--keyframe-every", "2", "--threads", threads, "--out", "files/out"})
+            words.emplace_back(word);
+        return words;
+    };
+    std::vector<Command> all = {
+        {"rendered", sized({"--render", "in/some.ply", "--size", "48x36", "--report", "files/report.json", "--page", "files/page.html"}, "1")},
+        {"resume", sized({"--render", "in/some.ply", "--size", "48x36", "--report", "files/report.json", "--resume", "--quiet"}, "1")},
+        {"threads", sized({"--map", "in/some.ply", "--render", "in/some.ply", "--size", "48x36", "--quiet"}, "3")},
+        {"refusal", {"--render", "in/no_such_map.ply"}},
+    };
+    if (has_photos)
+        all.push_back({"photos", sized({"--photos", "in/photos", "--cameras", "in/any_lens.json", "--trajectory", "in/photos/groundtruth.txt", "--quiet"}, "1")});
+    return all;
+}
+
+std::vector<Command> commands_of_explore()
+{
+    return {
+        {"study", {"in/study.json", "--csv", "files/points.csv", "--out", "files/out", "--threads", "1"}},
+        {"threads", {"in/study.json", "--csv", "files/points.csv", "--out", "files/out", "--threads", "3", "--quiet"}},
+        {"refusal", {"in/no_such_study.json", "--csv", "files/points.csv", "--out", "files/out"}},
+    };
+}
+/// Two runs and four points; one of the machines is too small.
+constexpr char const* study = R"({"maps": [{"file": "map.ply", "cameras": "own.json", "camera": "desk/front"}], "size": [40, 30], "grid": [3, 2],
+  "machines": ["mk2.txt", {"file": "mk2.txt", "name": "small", "sram": 134000}], "programs": ["homes"],
+  "sizes": [{"channel": [4, 8]}], "costs": ["machine", {"exchange_byte": 125}]}
+)";
+
 /// A map of 150 Gaussians in which a camera finds its pose.
 void write_some(fs::path const& path)
 {
@@ -234,7 +306,7 @@ void write_some(fs::path const& path)
 }
 
 /// What is wrong with a run; empty: nothing.
-std::string fault(Ended const& ended, Ended const& right, Files const& now, Files const& right_files, Files const& old, bool tracks)
+std::string fault(Ended const& ended, Ended const& right, Files const& now, Files const& right_files, Files const& old, bool has_parts)
 {
     if (ended.status != 0 && ended.status != 2) return "status " + std::to_string(ended.status) + ": " + ended.err;
     if (ended.status == right.status) { // whatever failed, it went on
@@ -247,8 +319,8 @@ std::string fault(Ended const& ended, Ended const& right, Files const& now, File
         bool const as_before = before != old.end() && before->second == text, as_after = after != right_files.end() && after->second == text;
         bool const of_frames_done = fs::path(name).filename() == "report.json" && is_report_of_frames_done(text);
         bool const so_far = fs::path(name).filename() == journal && after != right_files.end() && is_journal_so_far(text, after->second);
-        bool const tracked = tracks && after != right_files.end() && is_of_frames_tracked(name, text, after->second);
-        if (!as_before && !as_after && !of_frames_done && !so_far && !tracked) return "a part of " + name + " is left; " + ended.err;
+        bool const of_part = has_parts && after != right_files.end() && is_of_the_part_done(name, text, after->second);
+        if (!as_before && !as_after && !of_frames_done && !so_far && !of_part) return "a part of " + name + " is left; " + ended.err;
     }
     for (auto const& [name, text] : old)
         if (now.find(name) == now.end()) return name + " is lost; " + ended.err;
@@ -264,11 +336,11 @@ try {
     std::vector<fs::path> paths;
     for (int i = 1; i < argc; ++i) paths.push_back(fs::absolute(argv[i]));
     if (paths.size() != 3 && paths.size() != 4) {
-        std::cerr << "torture_program: three or four paths are needed; usage: torture_program RENDER_MAP FAILING_CALLS CORPUS [TRACK_CAMERA]\n";
+        std::cerr << "torture_program: three or four paths are needed; usage: torture_program RENDER_MAP FAILING_CALLS CORPUS [PROGRAM]\n";
         return 2;
     }
-    bool const tracks = paths.size() == 4;
-    Driver driver(paths[tracks ? 3 : 0], paths[1]);
+    std::string const program = paths.size() == 4 ? paths[3].filename().string() : "render_map";
+    Driver driver(paths.size() == 4 ? paths[3] : paths[0], paths[1]);
     auto const in = driver.work() / "in";
     fs::copy_file(paths[2] / "ply" / "little_endian.ply", in / "map.ply");
     for (auto const* name : {"own.json", "training.json"}) fs::copy_file(paths[2] / "cameras" / name, in / name);
@@ -283,18 +355,29 @@ try {
     fs::create_directory(in / "model");
     std::ofstream(in / "model" / "cameras.txt") << "1 PINHOLE 64 48 50 50 32 24\n";
     std::ofstream(in / "model" / "images.txt") << "1 1 0 0 0 0 0 0 1 a.png\n\n";
-    if (tracks) {
-        write_some(in / "some.ply");
-        auto const made = driver.run({"in/some.ply", "--frames", "2", "--size", "48x36", "--save-photos", "in/photos", "--out", "out"});
+    auto const track_camera = paths[0].parent_path() / "track_camera";
+    bool const has_photos = program == "track_camera" || (program == "slam" && fs::exists(track_camera));
+    if (program != "render_map") write_some(in / "some.ply");
+    if (has_photos) {
+        auto const made = driver.run(track_camera, {"in/some.ply", "--frames", "2", "--size", "48x36", "--save-photos", "in/photos", "--out", "out"});
         if (made.status != 0) throw std::runtime_error("no photographs: " + made.err);
-        std::ofstream(in / "lens.json") << R"({"cameras": [{"scene": "some", "name": "a", "width": 48, "height": 36, "fx": 40, "fy": 40, "cx": 24, "cy": 18,
+        constexpr char const* lens = R"("name": "a", "width": 48, "height": 36, "fx": 40, "fy": 40, "cx": 24, "cy": 18,
             "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]})";
+        std::ofstream(in / "lens.json") << R"({"cameras": [{"scene": "some", )" << lens;
+        std::ofstream(in / "any_lens.json") << R"({"cameras": [{)" << lens;
+    }
+    if (program == "explore") {
+        fs::copy_file(fs::path(paths[2]).parent_path().parent_path().parent_path() / "machines" / "mk2.txt", in / "mk2.txt");
+        std::ofstream(in / "study.json") << study;
     }
     auto const inputs = files_of(in);
 
     auto const files = driver.work() / "files";
     std::vector<Row> rows;
-    for (auto const& command : tracks ? commands_of_track_camera() : commands()) {
+    for (auto const& command : program == "track_camera" ? commands_of_track_camera() : program == "slam" ? commands_of_slam(has_photos)
+                               : program == "explore" ? commands_of_explore() : commands()) {
+        std::string const command_name = command.name;
+        bool const goes_on = (program == "slam" && command_name == "resume") || (program == "explore" && command_name != "refusal");
         // An output that is already there must be whole after every run: as it was, or new. Every second run finds the outputs of an earlier one;
         // with --resume these are the right ones.
         auto const prepare = [&](Files const& old) {
@@ -323,12 +406,12 @@ try {
                 return 1;
             }
             auto old = texts_of(files); // --resume goes on from them
-            if (std::string(command.name) != "resume")
+            if (command_name != "resume")
                 for (auto& [file, text] : old) text = "as it was\n";
-            auto const old_files = std::string(command.name) != "resume" ? old : right_files;
+            auto const old_files = command_name != "resume" ? old : right_files;
             Row row{name, page.calls, 0, 0, 0, 0};
-            constexpr std::uint64_t thinned = 4;
-            auto const step = all ? 1 : std::max<std::uint64_t>(1, row.last / thinned);
+            std::uint64_t const most = all ? 2000 : 4;
+            auto const step = std::max<std::uint64_t>(1, row.last / most);
             for (bool const alone : {true, false})
                 for (std::uint64_t k = 1; k <= row.last; k += step) {
                     bool const from_old = k / step % 2 == 0;
@@ -336,12 +419,17 @@ try {
                     order(k, alone);
                     auto const ended = driver.run(command.words);
                     ++row.runs;
-                    auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{}, tracks);
+                    auto what = fault(ended, right, files_of(files), right_files, from_old ? old_files : Files{}, program != "render_map");
                     if (what.empty() && files_of(in) != inputs) what = "an input changed";
                     // pthread_create says EAGAIN both without memory and without threads.
                     bool const is_told = ended.err.find("memory") != std::string::npos || ended.err.find("thread") != std::string::npos;
                     if (what.empty() && page.kind == Kind::memory && right.status == 0 && ended.status == 2 && !is_told)
                         what = "lack of memory is told as something else: " + ended.err;
+                    if (what.empty() && goes_on && ended.status == 2) {
+                        order(0, true);
+                        auto const again = driver.run(command.words);
+                        if (again.status != 0 || results_of(files_of(files)) != results_of(right_files)) what = "the same command does not go on: " + ended.err + again.err;
+                    }
                     if (what.empty()) {
                         ++(ended.status == 0 ? row.right : row.refused);
                     } else if (++row.wrong <= 5) {

@@ -81,7 +81,7 @@ TILEMESH_HOST void StepPrices::refuse(std::size_t superstep, std::uint32_t kind)
     throw Error("cost model \"" + model_.name + "\" cannot be applied (operation " +
                 (kind < names.size() ? names[kind] : "number " + std::to_string(kind) + ", which has no name,") + " of kernel " +
                 trace_.kernels[step] + " occurs, first in superstep " + std::to_string(superstep) +
-                ", and has no price); give it one with set_price, and say where it is from");
+                ", and has no price); give it one (set_price, or a line of the model's file), and say where it is from");
 }
 
 } // namespace model_detail
@@ -93,7 +93,7 @@ TILEMESH_HOST std::uint64_t price_of(CostModel const& model, std::string_view op
         std::string all;
         for (auto const& known : model.prices) all += (all.empty() ? "" : ", ") + known.operation;
         throw Error("cost model \"" + model.name + "\" has no price for operation " + std::string(operation) + " (it prices " +
-                    (all.empty() ? "none" : all) + "); give it one with set_price");
+                    (all.empty() ? "none" : all) + "); give it one (set_price, or a line of the model's file)");
     }
     return p->millicycles;
 }

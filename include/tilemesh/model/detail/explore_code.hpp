@@ -116,12 +116,15 @@ TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::spa
                " ms modelled, " + report::thousands(p.sram_bytes) + " bytes of SRAM a tile)";
     };
     if (front.empty()) return "No point has a front: none shows whole pictures on a machine whose numbers are all known.";
+    if (front.size() == 1) return "The front has one point, and no knee: " + measures(front.front()) + ".";
+    auto const gain = model_detail::gain_of(points, front);
+    char const* const bought = gain == model_detail::Gain::psnr ? "more PSNR" : gain == model_detail::Gain::sram ? "less SRAM" : "fewer bytes exchanged";
     auto const knee = knee_of(points, front);
     if (!knee)
-        return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points differ in time and gain. The fastest is " +
+        return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points buy " + bought + " with more time. The fastest is " +
                measures(front.front()) + ".";
     auto const& slowest = points[front.back()];
-    return "The knee is " + measures(*knee) + ": the slowest point of the front, " + slowest.name + ", takes " +
+    return std::string("The knee, where more time buys ") + bought + ", is " + measures(*knee) + ": the slowest point of the front, " + slowest.name + ", takes " +
            report::decimals(slowest.modelled_ms / points[*knee].modelled_ms, 2) + " times as long.";
 }
 

@@ -190,7 +190,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePag
     }
     section.figures = {{"passes", thousands(trace.supersteps.size())}, {"exchanges", thousands(all.exchanges)},
                        {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height)}, {"kernel runs", thousands(all.tile_runs)},
-                       {"bytes sent", thousands(all.sent_bytes)}};
+                       {"bytes sent, with heads", thousands(all.sent_bytes)}};
     model_detail::add_cards(section, maps, grid, page);
     return section;
 }
@@ -213,7 +213,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
                                    for (auto const& sentence : section.flat_maps) html.paragraph(sentence);
                                });
     html.subsection(section.modelled ? "Where the time goes" : "What ran");
-    std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent"};
+    std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent, with heads"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
         for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes", "slowest tile and its operations"})
