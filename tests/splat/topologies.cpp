@@ -204,6 +204,23 @@ TEST_CASE("topologies: crowds, and records that chase each other around rings: n
     check_crowds<OnExpress<2>>({7, 5}, sized<OnExpress<2>>(1, 400, 9));
 }
 
+TEST_CASE("topologies: where an express link has no room, a record walks")
+{
+    Grid const grid{9, 1};
+    Job<OnExpress<4>> job(grid, sized<OnExpress<4>>(1, 8));
+    job.put(1, TileId::at(0, 0), TileId::at(4, 0));
+    job.put(2, TileId::at(0, 0), TileId::at(4, 0));
+    CHECK(job.run() == 0);
+    CHECK(job.hops == 1 + 4);
+    CHECK(job.exchanges == 4); // both begin in the first superstep
+    Job<OnExpress<4>> roomy(grid, sized<OnExpress<4>>(2, 8));
+    roomy.put(1, TileId::at(0, 0), TileId::at(4, 0));
+    roomy.put(2, TileId::at(0, 0), TileId::at(4, 0));
+    CHECK(roomy.run() == 0);
+    CHECK(roomy.hops == 2);
+    CHECK(roomy.exchanges == 1);
+}
+
 TEST_CASE("topologies: a record meets fewer tiles, and only the rule's channels and FIFOs are in a program")
 {
     Grid const grid{40, 36};
@@ -263,6 +280,7 @@ RendererOptions small(std::uint32_t slots, std::uint32_t hops = 0)
 template <class S, template <class, class> class Engine>
 void check_pictures(std::vector<RenderedFrame> const& mesh, std::uint32_t slots)
 {
+    CHECK(BasicRenderer<S, Engine>(support::map_of({})).facts().sram_bytes == BasicRenderer<S, Engine>::Layout::bytes);
     auto const all = frames<S, Engine>(small(slots));
     for (std::size_t i = 0; i < mesh.size(); ++i) {
         CHECK(all[i].report.lost.empty());

@@ -8,7 +8,8 @@
 /// from which nothing is missing has the bits of the mesh. Bloom stays on the links of the mesh.
 ///
 /// The protocol, with `Hold`. A record goes along the row to its column, then along the column, and never back. Each of its steps is the
-/// longest that does not pass the goal. A tile has eight FIFOs, two lanes for each side from which records arrive:
+/// longest that does not pass the goal; if the express link has no room, the step is that of the mesh. A tile has eight FIFOs, two lanes
+/// for each side from which records arrive:
 ///   torus     lane 1 for records that still have to cross an edge of the grid in this direction, lane 0 for the others
 ///   express   lane 1 for records that came over an express link, lane 0 for the others
 /// A record that cannot go on waits in the FIFO of its side and lane. A tile sends to a FIFO at most its slots, less the fill that the
@@ -16,7 +17,7 @@
 /// record that was sent is lost. A record at its anchor tile never waits: it goes into storage, or out of the machine as `unplaced`.
 ///
 /// There is no deadlock, for all slots >= 1. Order the FIFOs: those of a row before those of a column; of one direction lane 1 of a torus
-/// before lane 0; then by the place in that direction, from the last edge that was crossed. A record waits only for a FIFO that is later in
+/// before lane 0; then by the place in that direction, from the last edge that was crossed. A record waits only for FIFOs that are later in
 /// this order: it moves on in its direction, crosses the edge from lane 1 to lane 0 and never again (its way is at most half a ring), or
 /// turns from the row to the column. Hence there is no cycle. Of all FIFOs with records take the last one: the FIFOs for which its records
 /// wait are empty, and say so in the next superstep, so credit returns. Channels are empty when compute begins. So some record moves, and
@@ -111,7 +112,8 @@ template <class S>
 struct LaneOperations {
     static constexpr bool express = express_distance<typename S::Routing> != 1;
     static Operations operations(Here here, Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Road<S>> in,
-                                 Out<Road<S>> out, OnlyIf<express, In<Express<S>>> far_in, OnlyIf<express, Out<Express<S>>> far_out) noexcept
+                                 Out<Road<S>> out, OnlyIf<express, In<Express<S>>> far_in,
+                                 OnlyIf<express, Out<Express<S>>> far_out) noexcept
     {
         std::uint32_t arrived = 0, left = 0, settled = 0;
         auto const add = [&](auto const& from, auto const& to) noexcept {
@@ -181,6 +183,14 @@ struct LaneRoute {
     }
     bool has_credit(Hop hop) const noexcept { return sent[number(hop.side, hop.lane)] < credit[number(hop.side, hop.lane)]; }
     bool has_room(Hop hop) noexcept { return has_slot(hop) && has_credit(hop); }
+    /// The next hop of a record: by a shorter link in the same direction if the express link has no room.
+    Hop hop_to(TileId anchor) noexcept
+    {
+        Hop const hop = Rule::hop(step.here.grid, step.here.tile, anchor);
+        if constexpr (express)
+            if (hop.lane == 1 && !has_room(hop)) return {hop.side, 0};
+        return hop;
+    }
     void refuse(Hop hop) noexcept { ++(has_slot(hop) ? step.counts.no_credit : step.counts.channel_full); }
 
     /// Settles a record here or sends it on; false if it has to stay. Sets `anchor`.
@@ -190,7 +200,7 @@ struct LaneRoute {
             (void)step.settle(S::Addressing::record(m)); // a full storage is counted; the record is unplaced
             return true;
         }
-        Hop const hop = Rule::hop(step.here.grid, step.here.tile, anchor);
+        Hop const hop = hop_to(anchor);
         if (!has_room(hop)) {
             refuse(hop);
             return false;
@@ -249,9 +259,7 @@ struct LaneRoute {
         auto const reopen = [&](Direction d) noexcept {
             open = has_room({d, 0}) || has_room({d, 1}) ? open | Mark::leaves(d) : open & ~Mark::leaves(d);
         };
-        auto const hop_of = [&](std::uint32_t i) noexcept {
-            return Rule::hop(step.here.grid, step.here.tile, Access::anchor_of(frame, step.splats[i]));
-        };
+        auto const hop_of = [&](std::uint32_t i) noexcept { return hop_to(Access::anchor_of(frame, step.splats[i])); };
         for (Direction d : news) reopen(d);
         for (std::uint32_t end = step.storage.size(); open != 0 && end != 0;) {
             std::uint32_t const n = list_down_with_bits(step.marks.begin(), end, open, slots, at_once);
