@@ -26,6 +26,7 @@ Options parse(std::vector<std::string> const& all)
         if (option == "--write") options.write = words.path();
         else if (option == "--map") options.maps.push_back(words.one_of(map_names));
         else if (option == "--threads") options.threads = words.number(1, 64);
+        else if (option == "--links") options.links_alone = true;
         else words.refuse();
     }
     options.finish();
@@ -44,6 +45,7 @@ std::string help()
            bench::help_of_data +
            "  --map NAME       sloth, salad, playbot_250k or built_in; may be repeated. Default: the first three\n"
            "  --threads N      host threads of each machine; default: 1. Only host times depend on it\n"
+           "  --links          only other links for routing, and the mesh. It writes no README.md\n"
            "  --quick          a part of the built-in map, a small picture; takes seconds\n" +
            bench::help_of_spoil + "  --help           this text\n\n" + bench::help_of_exit;
 }
@@ -115,7 +117,8 @@ std::string findings(std::vector<Row> const& rows)
     }
     return text;
 }
-void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products, bool complete)
+void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products,
+                  std::string const& links, bool complete)
 {
     std::string text =
         "# What does each policy cost, and what does it give?\n"
@@ -137,6 +140,7 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "  bytes. The work of packing is not in the times. In homes, only the records on their home tiles are packed.\n"
         "- The work of ranking is not in the modelled times either: the model has no price for it. It is in the host times.\n"
         "- \"Whole\" is a cold start. `fr1_xyz` is frame 4 of a recorded motion of a hand-held camera, after the whole view.\n"
+        "- \"Torus\" and \"express\" are [other links](#other-links) for routing.\n"
         "- No policy here is a default.\n";
     if (!complete) text += "\n**A check failed in this run.**\n";
     text += "\n## Findings\n" + findings(rows) + "\n## Policies\n" + table(rows) +
@@ -145,7 +149,7 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
             "transmittance are not products, so a machine gains less. The error is that of colours and weights rounded to half\n"
             "precision and summed as floats.\n\n" +
-            table(products);
+            table(products) + links;
     tilemesh::report::write_whole(options.write / "README.md", text);
 }
 
@@ -155,6 +159,7 @@ int run(Options const& options)
     if (!options.write.empty()) bench::expect_folder_of(options.write / "README.md");
     std::vector<Row> rows;
     std::vector<Products> products;
+    std::vector<LinkRow> links;
     std::vector<std::string> broken;
     for (std::string const name : map_names) {
         bool const own = name == "built_in";
@@ -164,11 +169,16 @@ int run(Options const& options)
             continue;
         }
         tilemesh::scene::Size const small{320, 180}, whole{1280, 720};
-        measure(bench::load_scene(name, options.data, options.quick ? small : whole), options, rows, products, broken);
+        measure(bench::load_scene(name, options.data, options.quick ? small : whole), options, rows, products, links, broken);
     }
-    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows);
+    tilemesh::Grid const grid = options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36};
+    auto const gathered = gather(grid, 400, options.threads);
+    for (auto const& g : gathered)
+        if (!g.all_there) broken.push_back(std::string("gather over ") + name_of(g.links) + ": a record is not where it belongs");
+    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows) << table(links) << "\n" << table(gathered);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
-    if (!options.write.empty()) write_readme(options, rows, products, broken.empty());
+    if (!options.write.empty() && !options.links_alone)
+        write_readme(options, rows, products, section_of_links(links, gathered, grid), broken.empty());
     for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
     std::cout << (broken.empty() ? "All that must hold does.\n" : "");
     return broken.empty() ? 0 : 1;

@@ -68,9 +68,9 @@ struct Policy {
 class Measurement {
 public:
     Measurement(bench::Scene const& s, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-                std::vector<std::string>& broken)
+                std::vector<LinkRow>& links, std::vector<std::string>& broken)
         : scene_(s), options_(options), grid_(options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36}), rows_(rows),
-          products_(products), broken_(broken)
+          products_(products), links_(links), broken_(broken)
     {}
 
     void all()
@@ -88,6 +88,11 @@ private:
         auto rules = bench::HomesSetting::precise();
         if (options_.spoil) rules.alpha_max = bench::spoilt_alpha_max;
         exact_ = tilemesh::report::render_naive(scene_.map.gaussians, cameras.back(), rules);
+        if (options_.links_alone) {
+            anchored({"hold, first come"});
+            for (Links const links : other_links) linked(links);
+            return;
+        }
         for (std::uint32_t const bytes : {60u, 32u, 16u}) homes(bytes);
         std::uint32_t const hops = options_.quick ? 4 : 40;
         Policy const policies[] = {{"hold, first come"},
@@ -102,6 +107,7 @@ private:
                                    {.name = "hold, " + std::to_string(hops) + " hops, first come", .hops = hops},
                                    {.name = "hold, " + std::to_string(hops) + " hops, largest first", .ranks = true, .hops = hops}};
         for (auto const& policy : policies) anchored(policy);
+        for (Links const links : other_links) linked(links);
     }
     void complain(Row const& row, std::string const& what)
     {
@@ -184,11 +190,25 @@ private:
         auto const machine = bench::make_traced_machine(packed(scene_.map, policy.record_bytes), std::move(facts), options);
         for (auto const& camera : cameras_) machine->render(camera);
         (void)fill(row, machine->report(), machine->trace(), machine->image(), policy.record_bytes != 60);
+        if (policy.name == "hold, first come")
+            links_.push_back(link_row(row.map, row.view, Links::mesh, machine->report(), machine->trace(), grid_));
         // What the bench shows must be so: a rank is worth its time on full tiles of a first view.
         if (policy.ranks && policy.limited && view_ == "whole" && row.missing != 0) {
             auto const& first = rows_[rows_.size() - 2];
             if (row.psnr_db < first.psnr_db) complain(row, "first come is nearer to the exact picture");
         }
+    }
+
+    /// `hold, first come` with other links for routing.
+    void linked(Links links)
+    {
+        auto& row = add(std::string("hold, ") + name_of(links));
+        auto const machine = make_link_machine(links, scene_.map, options_.threads, grid_);
+        for (auto const& camera : cameras_) machine->render(camera);
+        row.sram_bytes = machine->sram_bytes();
+        row.storage = splat::Lossless::sizes.storage;
+        (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
+        links_.push_back(link_row(row.map, row.view, links, machine->report(), machine->trace(), grid_));
     }
 
     /// The picture with colours, and if asked weights, rounded to half precision; sums are floats.
@@ -255,6 +275,7 @@ private:
     tilemesh::Grid grid_;
     std::vector<Row>& rows_;
     std::vector<Products>& products_;
+    std::vector<LinkRow>& links_;
     std::vector<std::string>& broken_;
     std::string view_;
     std::vector<splat::Camera> cameras_;
@@ -264,9 +285,9 @@ private:
 } // namespace
 
 void measure(bench::Scene const& s, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-             std::vector<std::string>& broken)
+             std::vector<LinkRow>& links, std::vector<std::string>& broken)
 {
-    Measurement(s, options, rows, products, broken).all();
+    Measurement(s, options, rows, products, links, broken).all();
 }
 
 } // namespace policies

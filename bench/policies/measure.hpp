@@ -1,4 +1,5 @@
 #pragma once
+#include "links.hpp"
 #include <common/options.hpp>
 #include <common/scenes.hpp>
 #include <cstdint>
@@ -12,6 +13,7 @@ struct Options : bench::Options {
     std::filesystem::path write;   ///< the folder of README.md; empty: not written
     std::vector<std::string> maps; ///< empty: all
     std::uint32_t threads = 1;     ///< of every machine
+    bool links_alone = false;      ///< no rows of other policies
 };
 
 /// One frame under one policy.
@@ -42,6 +44,6 @@ struct Products {
 
 /// Measures all policies in all views of a scene. Adds a sentence to `broken` for each check that fails.
 void measure(bench::Scene const& scene, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-             std::vector<std::string>& broken);
+             std::vector<LinkRow>& links, std::vector<std::string>& broken);
 
 } // namespace policies

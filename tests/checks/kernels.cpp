@@ -80,6 +80,7 @@
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
+#include <tilemesh/splat/topologies.hpp>
 #include <tilemesh/splat/view.hpp>
 
 namespace {
@@ -151,6 +152,8 @@ struct Screen : splat::Lossless {
 using Shaded = splat::Fitted<splat::Lossless, 3>;
 using Still = splat::Fitted<splat::Lossless, 0, false>;
 using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
+using Ring = splat::WithLinks<splat::Lossless, splat::Torus>;
+using Skipping = splat::WithLinks<splat::Lossless, splat::ExpressLinks<4>>;
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
 /// The program of homes on the paper's grid at 1280 x 720.
@@ -203,6 +206,9 @@ ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
+KERNEL(ring, project, Ring, Project)
+KERNEL(ring, route, Ring, Route)
+KERNEL(skipping, route, Skipping, Route)
 ALL_HOMES_KERNELS(homes, Homes)
 ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
 HOMES_KERNEL(district_homes, tell, DistrictHomes, Tell)

@@ -474,7 +474,8 @@ private:
                 run_.trace->supersteps.push_back({run_.step(), votes_after<Program>(run_.step()),
                                                   this->template capacity_a_side<Kernel>(typename Traits::Links{}), false, {},
                                                   engine::edge_of<Kernel>(typename Traits::Links{}),
-                                                  this->template absent_a_side<Kernel>(typename Traits::Links{})});
+                                                  this->template absent_a_side<Kernel>(typename Traits::Links{}),
+                                                  distance_of(typename Traits::Links{}), {}});
         engine::Passed passed;
         passed.ran = true;
         for (std::uint32_t t = 0; t < tiles; ++t) refuse_unread<Kernel>(t, typename Traits::Links{});
@@ -488,6 +489,7 @@ private:
                 if (run_.trace) {
                     Source source{*this, t, {0, this->sizes_.machine.workers}};
                     run_.trace->supersteps.back().tiles.push_back(engine::sample<Kernel>(source, t));
+                    engine::sample_far<Kernel>(source, t, run_.trace->supersteps.back().far);
                 }
             ++passed.tile_runs;
             measure(passed, t, typename Traits::Arguments{});
@@ -546,7 +548,7 @@ private:
     {
         for (Direction d : news) {
             auto const n = end<C>(out_, 4 * tile + index(d)).head[0];
-            if (this->grid_.delivers(this->grid_.tile(tile), d, C::edge)) {
+            if (reader_of<C>(this->grid_, this->grid_.tile(tile), d).delivered) {
                 passed.messages += n;
                 passed.live_bytes += std::uint64_t{n} * this->template message_bytes<C>();
             }
@@ -572,15 +574,13 @@ private:
         for (std::uint32_t s = 0; s < slots; ++s) {
             auto const from = end<C>(out_, s);
             if ((from.head[0] | from.head[1]) == 0) continue;
-            auto const t = this->grid_.tile(s / 4);
-            auto const d = news[s % 4];
-            if (!this->grid_.delivers(t, d, C::edge)) {
+            auto const reader = reader_of<C>(this->grid_, this->grid_.tile(s / 4), news[s % 4]);
+            if (!reader.delivered) {
                 poison<C>(from);
                 continue;
             }
             sent = true;
-            auto const to = end<C>(in_, 4 * this->grid_.index_of(this->grid_.neighbour(t, d, C::edge)) +
-                                            index(this->grid_.arrival(t, d, C::edge)));
+            auto const to = end<C>(in_, 4 * this->grid_.index_of(reader.tile) + index(reader.side));
             std::memcpy(to.items, from.items, std::size_t{from.head[0]} * C::Receiver::item_words * 4);
             to.head[0] = from.head[0];
             to.head[1] = from.head[1];

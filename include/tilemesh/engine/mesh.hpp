@@ -231,10 +231,14 @@ protected: // for an engine that runs a part of the grid's rows
     }
 
     static constexpr std::uint32_t links = Links::count + 1;
+    static constexpr bool skips = distance_of(Links{}) != 1; ///< has the program a channel that skips tiles?
+    static_assert(distance_of(Links{}) != 0, "channels that skip tiles by two distances in one program (a mesh has one table of their "
+                                             "readers); give them one distance");
     /// One thread's part of a superstep.
     struct alignas(64) WorkerState {
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
         [[no_unique_address]] std::conditional_t<traced, std::vector<TileSample>, engine::NoTrace> samples;
+        [[no_unique_address]] std::conditional_t<traced && skips, std::vector<FarSample>, engine::NothingFar> far;
         engine::detail::Failure failure;
         TileSet busy;                                       ///< tiles that voted busy
         std::array<TileSet, links> mail;                    ///< tiles that got a message on a channel
@@ -296,7 +300,7 @@ protected: // for an engine that runs a part of the grid's rows
         template <class C>
         TILEMESH_KERNEL std::uint32_t slot(Direction d) const noexcept
         {
-            if constexpr (C::edge == Edge::reflect)
+            if constexpr (C::edge == Edge::reflect) // which has the distance 1
                 return slots[index(d)];
             else
                 return mesh.template slot<C>(tile, d);
@@ -336,6 +340,7 @@ protected: // for an engine that runs a part of the grid's rows
     TILEMESH_KERNEL std::uint32_t slot(std::uint32_t tile, Direction d) const noexcept
     {
         auto const at = 4 * std::size_t{tile} + index(d);
+        if constexpr (C::distance != 1) return far_[at];
         return C::edge == Edge::reflect ? slots_[at] : C::edge == Edge::wrap ? wrapping_[at] : dropping_[at];
     }
     /// Fills the tables of places for channels whose edges do not reflect. Messages that an edge drops go to a place after those of all
@@ -351,6 +356,14 @@ protected: // for an engine that runs a part of the grid's rows
                     slots.push_back(grid.delivers(t, d, edge) ? 4 * grid.index_of(grid.neighbour(t, d, edge)) + index(grid.arrival(t, d, edge))
                                                               : bin++);
         };
+        if constexpr (distance_of(Links{}) != 1) {
+            auto bin = 4 * grid.size();
+            for (TileId const t : grid.tiles())
+                for (Direction d : news)
+                    far_.push_back(grid.reaches(t, d, distance_of(Links{}))
+                                       ? 4 * grid.index_of(grid.tile_at(t, d, distance_of(Links{}))) + index(opposite(d))
+                                       : bin++);
+        }
         if constexpr ((false || ... || (C::edge == Edge::drop))) make(dropping_, Edge::drop);
         if constexpr ((false || ... || (C::edge == Edge::wrap))) make(wrapping_, Edge::wrap);
     }
@@ -365,7 +378,7 @@ protected: // for an engine that runs a part of the grid's rows
     {
         constexpr auto l = Base::template index_of_link<C>();
         auto& b = banks_[l];
-        auto const bins = C::edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) : 0;
+        auto const bins = C::edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) * C::distance : 0;
         auto const n = std::size_t{this->grid_.size()} * 4;
         auto const capacity = this->template link_capacity<C>();
         auto const most = this->template gets_slots_by_limit<C>() ? capacity : this->template most_slots<C>();
@@ -407,6 +420,7 @@ protected: // for an engine that runs a part of the grid's rows
     {
         try {
             source.me.samples.push_back(engine::sample<Kernel>(source, source.tile));
+            engine::sample_far<Kernel>(source, source.tile, source.me.far);
         } catch (...) { // out of memory, perhaps on a helper thread: the superstep rethrows it
             source.me.thrown = std::current_exception();
         }
@@ -678,7 +692,8 @@ protected: // for an engine that runs a part of the grid's rows
             using KernelLinks = typename KernelTraits<Kernel>::Links;
             if (keeps_trace()) [[unlikely]]
                 append_sample({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{}), this->template absent_a_side<Kernel>(KernelLinks{})});
+                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{}), this->template absent_a_side<Kernel>(KernelLinks{}),
+                               distance_of(KernelLinks{}), {}});
         }
         return failure;
     }
@@ -697,7 +712,12 @@ protected: // for an engine that runs a part of the grid's rows
             for (auto& w : workers_) {
                 s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
                 w.samples.clear();
+                if constexpr (skips) {
+                    s.far.insert(s.far.end(), w.far.begin(), w.far.end());
+                    w.far.clear();
+                }
             }
+            if constexpr (skips) std::sort(s.far.begin(), s.far.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
             std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
             run_.trace->supersteps.push_back(std::move(s));
         }
@@ -772,6 +792,7 @@ protected: // for an engine that runs a part of the grid's rows
     Options options_;
     std::vector<std::uint32_t> slots_;                  ///< places at which each tile's four outgoing ends are read
     std::vector<std::uint32_t> wrapping_, dropping_;    ///< these places for channels with these edges; empty without such a channel
+    [[no_unique_address]] std::conditional_t<skips, std::vector<std::uint32_t>, engine::NothingFar> far_; ///< for channels that skip tiles
     std::array<Bank, links> banks_;
     std::array<std::uint32_t, links> bank_{};           ///< the bank that senders write now
     engine::Rectangle rectangle_;                  ///< Superstep and Repeat run all of its tiles

@@ -272,8 +272,15 @@ protected:
         std::uint64_t sides = 0;
         for (Direction d : news)
             if (contains(C::sends_to, d))
-                sides += grid_.size() - (C::edge == Edge::drop ? d == Direction::north || d == Direction::south ? grid_.width : grid_.height : 0);
+                sides += grid_.size() - (C::edge == Edge::drop ? without_reader<C>(d) : 0);
         return sides;
+    }
+    /// The number of tiles that are too near to the grid's edge on side d for a reader of channel C.
+    template <class C>
+    std::uint64_t without_reader(Direction d) const noexcept
+    {
+        bool const column = d == Direction::north || d == Direction::south;
+        return std::uint64_t{column ? grid_.width : grid_.height} * std::min(C::distance, column ? grid_.height : grid_.width);
     }
     /// The bytes of a message of C on the machine. `end_bytes` are the bytes of an end of C with n slots and its head.
     template <class C>

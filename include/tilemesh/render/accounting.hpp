@@ -71,7 +71,9 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     }
     for (auto const& p : run.peaks) {
         if (p.region == splat::Storage<P>::name) r.peak_storage = p.items;
-        if (p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name) r.peak_channel = std::max(r.peak_channel, p.items);
+        bool channel = p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name;
+        if constexpr (splat::express_distance<typename P::Routing> != 1) channel = channel || p.region == splat::Express<P>::name;
+        if (channel) r.peak_channel = std::max(r.peak_channel, p.items);
     }
     r.digests = run.digests;
     return r;

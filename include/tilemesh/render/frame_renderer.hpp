@@ -123,13 +123,14 @@ private:
         if (options_.channel_slots != 0) {
             if constexpr (P::routes)
                 if (facts_.routes) mesh.template limit<splat::Road<P>>(options_.channel_slots);
+            if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
+                mesh.template limit<splat::Express<P>>(options_.channel_slots);
             if constexpr (P::blooms)
                 if (facts_.blooms) mesh.template limit<splat::Beam<P>>(options_.channel_slots);
         }
         if constexpr (P::routes && P::Saturation::may_hold)
             if (options_.waiting_slots != 0 && facts_.policies.holds != 0 && facts_.routes) {
-                mesh.template limit<splat::Waiting<P, 0>>(options_.waiting_slots);
-                mesh.template limit<splat::Waiting<P, 1>>(options_.waiting_slots);
+                splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { mesh.template limit<Fifo>(options_.waiting_slots); });
             }
         if (options_.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options_.storage_slots);
         blacken();

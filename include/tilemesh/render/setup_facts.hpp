@@ -99,6 +99,8 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename machine::Needs<splat::Frame<P>>::States{},
                                                           typename machine::Needs<splat::Frame<P>>::Links{});
     if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.policies.road_bytes;
+    if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
+        m.template link<splat::Express<P>>().message_bytes = facts.policies.road_bytes;
     if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.policies.beam_bytes;
     m.sram_bytes = facts.sram_bytes;
     if constexpr (machine::has_form_word<typename P::Parameters>) m.wide = facts.has_planes();

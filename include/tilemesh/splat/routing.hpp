@@ -121,7 +121,8 @@ struct RouteStep {
         auto const before = storage.size();
         if (!settle(g)) return false;
         auto const i = storage.size() > before ? before : lookup.slot_of(here, frame, marks, splats.begin(), g);
-        marks[i].bits |= Mark::leaving | Mark::leaves(Rule::towards(here.tile, Access::splat_of(frame, splats[i]).anchor));
+        TileId const anchor = Access::splat_of(frame, splats[i]).anchor;
+        marks[i].bits |= Mark::leaving | Mark::leaves(SideTowards<Rule>::of(here.grid, here.tile, anchor));
         ++flow.leaving;
         return true;
     }
@@ -426,8 +427,19 @@ struct Route : detail::RouteOperations<P> {
     }
 };
 } // namespace kernel
-/// Moves every record by one tile towards its anchor tile. With the saturation policy `Drop`, the kernel has no FIFOs.
+namespace detail {
+template <class P, class = void>
+struct RouteOf {
+    using type = kernel::Route<P>;
+};
+template <class P>
+struct RouteOf<P, std::void_t<typename P::Routing::template Kernel<P>>> {
+    using type = typename P::Routing::template Kernel<P>;
+};
+} // namespace detail
+/// Moves every record by one tile towards its anchor tile. With the saturation policy `Drop`, the kernel has no FIFOs. A routing rule for
+/// other links names its own kernel (topologies.hpp).
 template <class S>
-using Route = kernel::Route<PoliciesOf<S>>;
+using Route = typename detail::RouteOf<PoliciesOf<S>>::type;
 
 }}} // namespace tilemesh::splat
