@@ -1,4 +1,5 @@
 // What each policy costs and gives: error, exchanges, modelled time, balance, SRAM, bytes and host time.
+#include "lending.hpp"
 #include "measure.hpp"
 #include <algorithm>
 #include <cmath>
@@ -113,7 +114,7 @@ std::string findings(std::vector<Row> const& rows)
         pair("hold, records of " + bytes + " bytes", "hold, first come");
         pair("homes, records of " + bytes + " bytes", "homes");
     }
-    return text;
+    return text + findings_of_lending(rows);
 }
 void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products, bool complete)
 {

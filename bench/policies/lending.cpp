@@ -1,0 +1,62 @@
+#include "lending.hpp"
+#include <common/statistics.hpp>
+#include <tilemesh/engine/mesh.hpp>
+#include <tilemesh/machine/operations.hpp>
+#include <tilemesh/render/frame_renderer.hpp>
+#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/splat/lending.hpp>
+
+namespace policies {
+
+namespace {
+
+namespace splat = tilemesh::splat;
+using Setup = splat::LosslessLending;
+using Renderer =
+    tilemesh::render::FrameRenderer<splat::PoliciesOf<splat::Referenced<Setup>>, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+
+class Machine final : public LendingMachine {
+public:
+    Machine(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options)
+        : renderer_(map, tilemesh::render::facts_of<Setup>(options), options, {})
+    {
+        renderer_.rules().arithmetic = splat::Arithmetic::precise;
+    }
+    void render(splat::Camera const& camera) override { renderer_.render_into(camera, frame_); }
+    tilemesh::report::Image const& image() const override { return frame_.image; }
+    tilemesh::report::FrameReport const& report() const override { return frame_.report; }
+    tilemesh::Trace const& trace() const override { return renderer_.trace(); }
+    std::uint64_t sram_bytes() const override { return renderer_.facts().sram_bytes; }
+    std::uint32_t storage() const override { return renderer_.facts().sizes.storage; }
+
+private:
+    Renderer renderer_;
+    tilemesh::RenderedFrame frame_;
+};
+
+} // namespace
+
+std::unique_ptr<LendingMachine> make_lending_machine(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options)
+{
+    return std::make_unique<Machine>(map, options);
+}
+
+std::string findings_of_lending(std::vector<Row> const& rows)
+{
+    using bench::fixed;
+    std::string text;
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        auto const& o = rows[i];
+        auto const& r = rows[i + 1];
+        if (o.policy != without_lending || r.policy != with_lending) continue;
+        double const time = r.modelled_ms / o.modelled_ms;
+        text += "- " + r.map + ", " + r.view + ": **" + with_lending + "**, slowest / mean " + fixed(r.slowest_over_mean, 2) + " for " +
+                fixed(o.slowest_over_mean, 2) + " (" + without_lending + "), the same picture\n  in " + fixed(time, 3) +
+                " times the modelled time, with " + tilemesh::report::thousands(r.exchanges - o.exchanges) + " exchanges more." +
+                (time < 1 ? "\n" : " It does not pay here.\n");
+    }
+    return text;
+}
+
+} // namespace policies
