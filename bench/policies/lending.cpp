@@ -1,5 +1,8 @@
 #include "lending.hpp"
+#include <algorithm>
 #include <common/statistics.hpp>
+#include <cstdint>
+#include <numeric>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
@@ -40,6 +43,41 @@ private:
 std::unique_ptr<LendingMachine> make_lending_machine(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options)
 {
     return std::make_unique<Machine>(map, options);
+}
+
+void set_parts(Row& row, tilemesh::Trace const& trace, tilemesh::RunCost const& cost, tilemesh::CostModel const& model)
+{
+    std::uint64_t blend = 0, lend = 0;
+    bool after = false;
+    for (auto const& s : cost.supersteps) {
+        auto const& kernel = trace.kernels[s.step];
+        bool const blends = kernel == "composite" || kernel == "composite and lend";
+        if (blends) blend += s.total();
+        else if (after) lend += s.total();
+        after = after || kernel == "depth sort";
+        if (!blends) continue;
+        auto const& busy = cost.busy[s.step];
+        auto const sum = std::accumulate(busy.begin(), busy.end(), std::uint64_t{0});
+        row.blend_slowest_over_mean = static_cast<double>(*std::max_element(busy.begin(), busy.end())) * static_cast<double>(busy.size()) /
+                                      static_cast<double>(sum);
+    }
+    row.blend_ms = tilemesh::milliseconds(model, blend);
+    row.lend_ms = tilemesh::milliseconds(model, lend);
+}
+
+std::string table_of_lending(std::vector<Row> const& rows)
+{
+    using bench::fixed;
+    std::string text = "| map | view | blend, ms | with lending | to lend and return, ms | blend, slowest / mean | with lending |\n"
+                       "|---|---|--:|--:|--:|--:|--:|\n";
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        auto const& o = rows[i];
+        auto const& r = rows[i + 1];
+        if (o.policy != without_lending || r.policy != with_lending) continue;
+        text += "| " + r.map + " | " + r.view + " | " + fixed(o.blend_ms, 2) + " | " + fixed(r.blend_ms, 2) + " | " + fixed(r.lend_ms, 2) +
+                " | " + fixed(o.blend_slowest_over_mean, 2) + " | " + fixed(r.blend_slowest_over_mean, 2) + " |\n";
+    }
+    return text;
 }
 
 std::string findings_of_lending(std::vector<Row> const& rows)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
@@ -28,6 +29,12 @@ std::unique_ptr<LendingMachine> make_lending_machine(tilemesh::scene::Map const&
 
 /// The names of the two rows: the same storage without and with lending.
 inline constexpr char without_lending[] = "hold, room for lending", with_lending[] = "hold, lent strips";
+
+/// Sets the members of a row that tell blending from lending.
+void set_parts(Row& row, tilemesh::Trace const& trace, tilemesh::RunCost const& cost, tilemesh::CostModel const& model);
+
+/// A table of those members, with a view in each row.
+std::string table_of_lending(std::vector<Row> const& rows);
 
 /// A sentence for each view: what lending gives and what it costs.
 std::string findings_of_lending(std::vector<Row> const& rows);

@@ -133,6 +133,8 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- \"Slowest / mean\": modelled compute cycles of the slowest tile over the mean of all 1,440 tiles.\n"
         "- \"Largest first\" is [`splat::LargestFirst`](../../include/tilemesh/splat/contribution.hpp), `render_map --priority\n"
         "  largest`. \"Few slots\" are the 100 and 800 of the authors' public code. 40 hops end routing, and bloom, of a frame.\n"
+        "- \"Lent strips\" is [`splat::LendsStrips`](../../include/tilemesh/splat/lending.hpp): neighbours blend rows of blocks of a\n"
+        "  tile that has more to blend. \"Room for lending\" is the same storage without it.\n"
         "- Records of 32 and 16 bytes are a **bound**, not a program: each record is [packed and\n"
         "  unpacked](../common/compact.hpp) before it is loaded; slots, SRAM and messages have the packed\n"
         "  bytes. The work of packing is not in the times. In homes, only the records on their home tiles are packed.\n"
@@ -141,6 +143,10 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- No policy here is a default.\n";
     if (!complete) text += "\n**A check failed in this run.**\n";
     text += "\n## Findings\n" + findings(rows) + "\n## Policies\n" + table(rows) +
+            "\n## Lent strips\n"
+            "What a tile's neighbours can take over is the blending. A block of 16 x 5 pixels has one worker, so no tile is faster than\n"
+            "its fullest block. A tile of 8 blocks with 6 workers lends 2 of them at best. The work of choosing is in the times.\n\n" +
+            table_of_lending(rows) +
             "\n## Blending as matrix products\n"
             "A bound from the exact counts of a frame of homes: if blending took no time, and if only the 4 multiply-adds of a pair\n"
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
@@ -167,7 +173,7 @@ int run(Options const& options)
         tilemesh::scene::Size const small{320, 180}, whole{1280, 720};
         measure(bench::load_scene(name, options.data, options.quick ? small : whole), options, rows, products, broken);
     }
-    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows);
+    std::cout << table(rows) << "\n" << table_of_lending(rows) << "\n" << table(products) << "\n" << findings(rows);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
     if (!options.write.empty()) write_readme(options, rows, products, broken.empty());
     for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";

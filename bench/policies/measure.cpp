@@ -118,12 +118,12 @@ private:
         before.sram_bytes = facts.sram_bytes;
         auto const plain = bench::make_traced_machine(scene_.map, std::move(facts), options);
         for (auto const& camera : cameras_) plain->render(camera);
-        (void)fill(before, plain->report(), plain->trace(), plain->image(), false);
+        set_parts(before, plain->trace(), fill(before, plain->report(), plain->trace(), plain->image(), false), cost_model());
         auto& row = add(with_lending);
         row.storage = lends->storage();
         row.sram_bytes = lends->sram_bytes();
         for (auto const& camera : cameras_) lends->render(camera);
-        (void)fill(row, lends->report(), lends->trace(), lends->image(), false);
+        set_parts(row, lends->trace(), fill(row, lends->report(), lends->trace(), lends->image(), false), cost_model());
         if (!std::isinf(psnr(lends->image(), plain->image()))) complain(row, "lending changes the picture");
         if (lends->report().pairs != plain->report().pairs) complain(row, "lending changes the number of pairs");
     }

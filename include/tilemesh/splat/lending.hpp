@@ -26,8 +26,8 @@ struct LendingSteps;
 /// has pixels whose type on the host is that of the machine, as FloatPixel. A setup without it has none of the steps, channels and states.
 ///
 /// `Splats`, `Pixels`: messages in an end of the two channels. `StripPixels`: the pixels of the largest strip that a tile takes. Cost: 8 *
-/// (8 + 56 * Splats) + 8 * (8 + 12 * Pixels) + 12 * StripPixels + 316 bytes of SRAM; two exchanges of 16 bytes, and the passes that carry
-/// splats and pixels.
+/// (8 + 56 * Splats) + 8 * (8 + 12 * Pixels) + 12 * StripPixels + 316 bytes of SRAM; in every frame, also of a view that stays, two
+/// exchanges of 16 bytes, and the passes that carry splats and pixels.
 template <std::uint32_t Splats = 32, std::uint32_t Pixels = 64, std::uint32_t StripPixels = 160>
 struct LendsStrips : BlendAsAsked {
     static constexpr std::uint32_t splat_slots = Splats, pixel_slots = Pixels, strip_pixels = StripPixels;
