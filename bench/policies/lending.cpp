@@ -80,6 +80,19 @@ std::string table_of_lending(std::vector<Row> const& rows)
     return text;
 }
 
+std::string cost_of_lending(std::vector<Row> const& rows)
+{
+    using tilemesh::report::thousands;
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        if (rows[i].policy != without_lending || rows[i + 1].policy != with_lending) continue;
+        auto const whole = splat::Lossless::sizes.storage;
+        return "Channels and buffers take " + thousands(rows[i + 1].sram_bytes - rows[i].sram_bytes) + " bytes of a tile's SRAM: " +
+               thousands(whole - rows[i].storage) + " of its " + thousands(whole) +
+               " slots of storage. A map that\nfills its tiles lacks more records.\n";
+    }
+    return "";
+}
+
 std::string findings_of_lending(std::vector<Row> const& rows)
 {
     using bench::fixed;

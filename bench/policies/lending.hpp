@@ -36,6 +36,9 @@ void set_parts(Row& row, tilemesh::Trace const& trace, tilemesh::RunCost const& 
 /// A table of those members, with a view in each row.
 std::string table_of_lending(std::vector<Row> const& rows);
 
+/// A sentence: the SRAM that lending takes, and the storage that makes room for it.
+std::string cost_of_lending(std::vector<Row> const& rows);
+
 /// A sentence for each view: what lending gives and what it costs.
 std::string findings_of_lending(std::vector<Row> const& rows);
 

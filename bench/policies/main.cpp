@@ -144,9 +144,10 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
     if (!complete) text += "\n**A check failed in this run.**\n";
     text += "\n## Findings\n" + findings(rows) + "\n## Policies\n" + table(rows) +
             "\n## Lent strips\n"
-            "What a tile's neighbours can take over is the blending. A block of 16 x 5 pixels has one worker, so no tile is faster than\n"
-            "its fullest block. A tile of 8 blocks with 6 workers lends 2 of them at best. The work of choosing is in the times.\n\n" +
-            table_of_lending(rows) +
+            "Neighbours take over blending. On maps that fit, it has the largest part of the slowest tile's time. A block of 16 x 5 pixels\n"
+            "has one worker, so no tile is faster than its fullest block. Of the 6 workers of a tile of 8 blocks two have 2 blocks, so a\n"
+            "tile that lends 2 blocks is as fast as that. The work of choosing, sending and returning is in the times.\n" +
+            cost_of_lending(rows) + "\n" + table_of_lending(rows) +
             "\n## Blending as matrix products\n"
             "A bound from the exact counts of a frame of homes: if blending took no time, and if only the 4 multiply-adds of a pair\n"
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
