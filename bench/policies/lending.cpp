@@ -103,7 +103,7 @@ std::string findings_of_lending(std::vector<Row> const& rows)
         if (o.policy != without_lending || r.policy != with_lending) continue;
         double const time = r.modelled_ms / o.modelled_ms;
         text += "- " + r.map + ", " + r.view + ": **" + with_lending + "**, slowest / mean " + fixed(r.slowest_over_mean, 2) + " for " +
-                fixed(o.slowest_over_mean, 2) + " (" + without_lending + "), the same picture\n  in " + fixed(time, 3) +
+                fixed(o.slowest_over_mean, 2) + " (" + without_lending + "),\n  the same picture in " + fixed(time, 3) +
                 " times the modelled time, with " + tilemesh::report::thousands(r.exchanges - o.exchanges) + " exchanges more." +
                 (time < 1 ? "\n" : " It does not pay here.\n");
     }
