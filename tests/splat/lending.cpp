@@ -14,6 +14,11 @@ using support::Whole;
 
 namespace {
 using Lending = support::Room<LosslessLending>;
+/// A setup of other policies that also lends strips.
+template <class Base>
+struct WithLending : Base {
+    using Blending = LendsStrips<>;
+};
 
 /// A splat that covers these pixels of `flat_camera`, so far as rectangles say.
 Splat rectangle(std::uint32_t x0, std::uint32_t x1, std::uint32_t y0, std::uint32_t y1)
@@ -98,12 +103,12 @@ std::vector<Gaussian> heap()
 }
 
 /// Renders a path with lent strips and without: same bits, counters, ids. Returns the strips that were lent.
-template <class S, template <class, class> class Engine>
+template <class S, template <class, class> class Engine, class Plain = support::Referenced<Whole>>
 std::uint32_t check_identity(RendererOptions const& options, std::uint32_t slots, Arithmetic arithmetic)
 {
     auto const gaussians = heap();
     auto const map = support::map_of(gaussians);
-    auto const plain = make_runner<support::Referenced<Whole>>(map, options);
+    auto const plain = make_runner<Plain>(map, options);
     Machine<S, Engine> lending(map, options, slots);
     plain->rules().arithmetic = lending.renderer.rules().arithmetic = arithmetic;
     std::uint32_t lent = 0;
@@ -216,6 +221,25 @@ TEST_CASE("lending: the picture, the pairs and the tiles of all records are thos
     auto const fewer = check_identity<S, Mesh>({.grid = {5, 4}, .sizes = support::sized<Whole>(400, 30)}, 0, Arithmetic::precise);
     CHECK(fewer < all);
     CHECK(fewer != 0);
+}
+
+TEST_CASE("lending: beside other policies, with full channels, full storages and a bound on hops")
+{
+    using support::Screens;
+    using support::Referenced, support::LargestHold, support::LargestDrop;
+    using LendingHold = Referenced<WithLending<LargestHold>>;
+    using LendingDrop = Referenced<WithLending<LargestDrop>>;
+    for (std::uint32_t slots : {1u, 3u}) {
+        RendererOptions const full{.grid = {5, 4}, .channel_slots = slots, .storage_slots = 60};
+        RendererOptions const bounded{.grid = {7, 6}, .hops = 3, .channel_slots = slots, .storage_slots = 30};
+        std::uint32_t lent = 0;
+        for (auto const& options : {full, bounded}) {
+            lent += check_identity<LendingHold, Mesh, Referenced<LargestHold>>(options, slots, Arithmetic::precise);
+            lent += check_identity<LendingDrop, Mesh, Referenced<LargestDrop>>(options, slots, Arithmetic::precise);
+            lent += check_identity<Referenced<WithLending<Screens>>, Mesh, Referenced<Screens>>(options, slots, Arithmetic::precise);
+        }
+        CHECK(lent > 60);
+    }
 }
 
 TEST_CASE("lending: values, on the engine that checks every write")
