@@ -1,4 +1,5 @@
 // What each policy costs and gives: error, exchanges, modelled time, balance, SRAM, bytes and host time.
+#include "lending.hpp"
 #include "measure.hpp"
 #include <algorithm>
 #include <cmath>
@@ -115,7 +116,7 @@ std::string findings(std::vector<Row> const& rows)
         pair("hold, records of " + bytes + " bytes", "hold, first come");
         pair("homes, records of " + bytes + " bytes", "homes");
     }
-    return text;
+    return text + findings_of_lending(rows);
 }
 void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products,
                   std::string const& links, bool complete)
@@ -135,6 +136,8 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- \"Slowest / mean\": modelled compute cycles of the slowest tile over the mean of all 1,440 tiles.\n"
         "- \"Largest first\" is [`splat::LargestFirst`](../../include/tilemesh/splat/contribution.hpp), `render_map --priority\n"
         "  largest`. \"Few slots\" are the 100 and 800 of the authors' public code. 40 hops end routing, and bloom, of a frame.\n"
+        "- \"Lent strips\" is [`splat::LendsStrips`](../../include/tilemesh/splat/lending.hpp): neighbours blend rows of blocks of\n"
+        "  a tile that has more to blend. \"Room for lending\" is the same storage without it.\n"
         "- Records of 32 and 16 bytes are a **bound**, not a program: each record is [packed and\n"
         "  unpacked](../common/compact.hpp) before it is loaded; slots, SRAM and messages have the packed\n"
         "  bytes. The work of packing is not in the times. In homes, only the records on their home tiles are packed.\n"
@@ -144,6 +147,11 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- No policy here is a default.\n";
     if (!complete) text += "\n**A check failed in this run.**\n";
     text += "\n## Findings\n" + findings(rows) + "\n## Policies\n" + table(rows) +
+            "\n## Lent strips\n"
+            "Neighbours take over blending. On maps that fit, it has the largest part of the slowest tile's time. A block of 16 x 5\n"
+            "pixels has one worker, so no tile is faster than its fullest block. Of the 6 workers of a tile of 8 blocks two have 2\n"
+            "blocks, so a tile that lends 2 blocks is as fast as that. The work of choosing, sending and returning is in the times.\n" +
+            cost_of_lending(rows) + "\n" + table_of_lending(rows) +
             "\n## Blending as matrix products\n"
             "A bound from the exact counts of a frame of homes: if blending took no time, and if only the 4 multiply-adds of a pair\n"
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
@@ -175,7 +183,7 @@ int run(Options const& options)
     auto const gathered = gather(grid, 400, options.threads);
     for (auto const& g : gathered)
         if (!g.all_there) broken.push_back(std::string("gather over ") + name_of(g.links) + ": a record is not where it belongs");
-    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows) << table(links) << "\n" << table(gathered);
+    std::cout << table(rows) << "\n" << table_of_lending(rows) << "\n" << table(products) << "\n" << findings(rows) << table(links) << "\n" << table(gathered);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
     if (!options.write.empty() && !options.links_alone)
         write_readme(options, rows, products, section_of_links(links, gathered, grid), broken.empty());

@@ -1,4 +1,5 @@
 #include "measure.hpp"
+#include "lending.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/compact.hpp>
@@ -108,6 +109,29 @@ private:
                                    {.name = "hold, " + std::to_string(hops) + " hops, largest first", .ranks = true, .hops = hops}};
         for (auto const& policy : policies) anchored(policy);
         for (Links const links : other_links) linked(links);
+        lending();
+    }
+    /// The same storage without and with lent strips: pictures and pairs must be equal, whatever is missing.
+    void lending()
+    {
+        tilemesh::RendererOptions const options{.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false};
+        auto const lends = make_lending_machine(scene_.map, options);
+        auto& before = add(without_lending);
+        auto setup = render::choice_of<splat::Lossless>();
+        setup.rules.arithmetic = splat::Arithmetic::precise;
+        setup.sizes.storage = before.storage = lends->storage();
+        auto facts = render::facts_of(setup);
+        before.sram_bytes = facts.sram_bytes;
+        auto const plain = bench::make_traced_machine(scene_.map, std::move(facts), options);
+        for (auto const& camera : cameras_) plain->render(camera);
+        set_parts(before, plain->trace(), fill(before, plain->report(), plain->trace(), plain->image(), false), cost_model());
+        auto& row = add(with_lending);
+        row.storage = lends->storage();
+        row.sram_bytes = lends->sram_bytes();
+        for (auto const& camera : cameras_) lends->render(camera);
+        set_parts(row, lends->trace(), fill(row, lends->report(), lends->trace(), lends->image(), false), cost_model());
+        if (!std::isinf(psnr(lends->image(), plain->image()))) complain(row, "lending changes the picture");
+        if (lends->report().pairs != plain->report().pairs) complain(row, "lending changes the number of pairs");
     }
     void complain(Row const& row, std::string const& what)
     {

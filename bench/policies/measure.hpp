@@ -29,6 +29,8 @@ struct Row {
     std::uint32_t storage = 0;    ///< records that a tile stores, or splats that it holds
     std::uint64_t exchanged_bytes = 0;
     double host_ms = 0;
+    double blend_ms = 0, lend_ms = 0;   ///< modelled, only with `without_lending` and `with_lending`: to blend, to lend and to return
+    double blend_slowest_over_mean = 0; ///< of the blending alone
 };
 
 /// Blending as matrix products: how much less time a frame of homes could take, and the error of half precision.

@@ -44,6 +44,7 @@
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <tilemesh/splat/lending.hpp>
 #include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/compare.hpp>
@@ -89,7 +90,7 @@ using namespace tilemesh;
 /// A tile's memory: its states as one piece, and the eight ends of each channel.
 struct Sram {
     std::uint32_t* states;
-    std::uint32_t* links[4];
+    std::uint32_t* links[5];
     void const* frame;
     Here here;
     Worker worker;
@@ -214,6 +215,11 @@ ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
 HOMES_KERNEL(district_homes, tell, DistrictHomes, Tell)
 HOMES_KERNEL(district_homes, offer, DistrictHomes, Offer)
 HOMES_KERNEL(district_homes, deliver, DistrictHomes, Deliver)
+KERNEL(lending, tell_load, splat::LosslessLending, kernel::TellLoad)
+KERNEL(lending, offer_help, splat::LosslessLending, kernel::OfferHelp)
+KERNEL(lending, lend, splat::LosslessLending, kernel::LendStrips)
+KERNEL(lending, composite, splat::LosslessLending, kernel::CompositeLending)
+KERNEL(lending, return_pixels, splat::LosslessLending, kernel::ReturnPixels)
 
 // The kernels of a program that tracks.
 using Tracked = splat::pose::Tracked<splat::Lossless>;

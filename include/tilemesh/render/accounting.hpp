@@ -58,12 +58,16 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };
     auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].exchanges; };
     auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
-    r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom),
-                passes(Steps::depth_sort) + passes(Steps::composite)};
+    auto const after = [](auto const& of, std::uint32_t first) { // the steps that blend are the last ones
+        decltype(of(first)) sum{};
+        for (std::uint32_t i = first; i < StepsOf<splat::Frame<P>>::count; ++i) sum += of(i);
+        return sum;
+    };
+    r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom), after(passes, Steps::depth_sort)};
     r.exchanges = {exchanges(Steps::project), exchanges(Steps::route), exchanges(Steps::bloom_first) + exchanges(Steps::bloom),
-                   exchanges(Steps::composite)};
+                   after(exchanges, Steps::depth_sort + 1)};
     r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route), milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
-                 milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
+                 after(milliseconds, Steps::depth_sort), 0, 0};
     r.messages = run.messages();
     for (auto const& s : run.steps) {
         r.exchanged_live_bytes += s.live_bytes;

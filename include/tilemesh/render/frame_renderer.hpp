@@ -49,9 +49,11 @@ public:
     using EngineOptions = typename MeshType::Options;
     using HostType = Host<MeshType, Machine>;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
-    /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads.
+    /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads. A tile that lends blocks
+    /// has pixels that depend on other tiles' work.
     static constexpr bool may_keep_pixels =
-        std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>;
+        (std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>) &&
+        splat::blends_in_one_step<P>;
 
     static_assert(HostType::has_one_memory || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                              "of another process cannot read that table); choose a setup by value");
