@@ -1,5 +1,6 @@
 // What each policy costs and gives: error, exchanges, modelled time, balance, SRAM, bytes and host time.
 #include "measure.hpp"
+#include "prefetch.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/program.hpp>
@@ -115,7 +116,8 @@ std::string findings(std::vector<Row> const& rows)
     }
     return text;
 }
-void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products, bool complete)
+void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products,
+                  std::vector<Motion> const& motions, bool complete)
 {
     std::string text =
         "# What does each policy cost, and what does it give?\n"
@@ -145,7 +147,7 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
             "transmittance are not products, so a machine gains less. The error is that of colours and weights rounded to half\n"
             "precision and summed as floats.\n\n" +
-            table(products);
+            table(products) + "\n" + section(motions);
     tilemesh::report::write_whole(options.write / "README.md", text);
 }
 
@@ -155,6 +157,7 @@ int run(Options const& options)
     if (!options.write.empty()) bench::expect_folder_of(options.write / "README.md");
     std::vector<Row> rows;
     std::vector<Products> products;
+    std::vector<Motion> motions;
     std::vector<std::string> broken;
     for (std::string const name : map_names) {
         bool const own = name == "built_in";
@@ -164,11 +167,13 @@ int run(Options const& options)
             continue;
         }
         tilemesh::scene::Size const small{320, 180}, whole{1280, 720};
-        measure(bench::load_scene(name, options.data, options.quick ? small : whole), options, rows, products, broken);
+        auto const scene = bench::load_scene(name, options.data, options.quick ? small : whole);
+        measure(scene, options, rows, products, broken);
+        measure_prefetch(scene, options, motions, broken);
     }
-    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows);
+    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows) << "\n" << section(motions);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
-    if (!options.write.empty()) write_readme(options, rows, products, broken.empty());
+    if (!options.write.empty()) write_readme(options, rows, products, motions, broken.empty());
     for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
     std::cout << (broken.empty() ? "All that must hold does.\n" : "");
     return broken.empty() ? 0 : 1;
