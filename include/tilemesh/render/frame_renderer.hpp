@@ -54,6 +54,8 @@ public:
     static constexpr bool may_keep_pixels =
         std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>;
 
+    static_assert(HostType::has_one_memory || !splat::stores_own_form<P>, "records of an own form on an engine over several processes (they send "
+                                                                           "each other the map's records); choose an engine of one process");
     static_assert(HostType::has_one_memory || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                              "of another process cannot read that table); choose a setup by value");
 
@@ -68,6 +70,15 @@ public:
 
     /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
+
+    /// The parameters with which a mesh is built, if tiles store a form of their own of the records: what these share must be known before
+    /// the first record is loaded. The next mesh has them. The map must have the records that this form stands for, because the host
+    /// projects the map's.
+    void begin_with(Parameters const& parameters)
+        requires(splat::stores_own_form<P>)
+    {
+        own_ = parameters;
+    }
 
     /// The mesh. It exists after the first `render` or `prepare`. Tiles that keep their pixels rely on two rules for its user: add 1 to
     /// `splat::Counts::changes` of a tile whose words you change, and do not run the mesh with parameters of your own.
@@ -145,6 +156,7 @@ private:
             }
         if (options_.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options_.storage_slots);
         blacken();
+        if constexpr (splat::stores_own_form<P>) frame() = own_;
         last_.reset();
         copies_lost_ = copies_refused_ = cut_ = prefetched_ = false;
         keeper_.begin(host_, tiling_, storage_slots(), facts_.routes);
@@ -253,8 +265,11 @@ private:
         return host_.any(any);
     }
 
+    struct NoWords {};
+
     RendererOptions options_;
     SetupFacts facts_;
+    [[no_unique_address]] std::conditional_t<splat::stores_own_form<P>, Parameters, NoWords> own_{};
     HostType host_;
     typename HostType::Records records_;
     ScreenCache cache_;                              ///< the table that the tiles' references point to
