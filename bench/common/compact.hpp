@@ -273,7 +273,8 @@ inline Gaussian unpacked(Compact32 from) noexcept
 inline Gaussian unpacked(Compact16 from, CompactBox const& box) noexcept
 {
     Gaussian g{};
-    std::uint32_t words[4] = {static_cast<std::uint32_t>(from.id) | std::uint32_t{from.first} << 24, from.words[0], from.words[1], from.words[2]};
+    std::uint32_t words[4] = {static_cast<std::uint32_t>(from.id) | std::uint32_t{from.first} << 24};
+    for (std::uint32_t i = 0; i < 3; ++i) words[i + 1] = from.words[i];
     detail::Bits<4> bits(words);
     g.id = static_cast<GaussianId>(bits.get(24));
     for (std::uint32_t k = 0; k < 3; ++k) g.mean_world[k] = box.origin[k] + box.mean_step * static_cast<float>(bits.get(15));
@@ -291,7 +292,8 @@ inline Gaussian unpacked(Compact16 from, CompactBox const& box) noexcept
 /// component of a rotation the largest. False if the record was never packed.
 [[nodiscard]] inline bool try_pack_again(Gaussian const& g, Compact32& to) noexcept
 {
-    return detail::try_all_rotations(g, [&](auto const& put) noexcept { detail::fill(g, to, put); }, [&]() noexcept { return unpacked(to); });
+    return detail::try_all_rotations(g, [&](auto const& put) noexcept { detail::fill(g, to, put); },
+                                     [&]() noexcept { return unpacked(to); });
 }
 [[nodiscard]] inline bool try_pack_again(Gaussian const& g, CompactBox const& box, Compact16& to) noexcept
 {

@@ -5,8 +5,8 @@
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/setup.hpp>
 
-/// Setups whose tiles store and send records of 32 and of 16 bytes. A tile unpacks a record to floats each time that it projects it, and never
-/// packs one: what it sends is what it stores. The host packs, when it loads a record.
+/// Setups whose tiles store and send records of 32 and of 16 bytes. A tile unpacks a record to floats each time that it projects it. It
+/// never packs one: what it sends is what it stores. The host packs, when it loads a record.
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 

@@ -38,7 +38,8 @@ std::unique_ptr<PackedMachine> make(tilemesh::scene::Map const& map, std::uint32
                                     tilemesh::RendererOptions const& options)
 {
     if (bytes == 32)
-        return std::make_unique<Packed<splat::WithRecord<Base, splat::Compact32>>>(map, splat::PackedParameters<splat::Compact32>{}, options);
+        return std::make_unique<Packed<splat::WithRecord<Base, splat::Compact32>>>(map, splat::PackedParameters<splat::Compact32>{},
+                                                                                   options);
     splat::PackedParameters<splat::Compact16> parameters{};
     parameters.box = box;
     return std::make_unique<Packed<splat::WithRecord<Base, splat::Compact16>>>(map, parameters, options);

@@ -18,8 +18,8 @@ public:
     /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
 };
-/// `lossless` with records of `bytes` bytes, 32 or 16. `ranks`: what changes the picture most goes first. `map`: of records that were packed
-/// and unpacked, in `box` if they have 16 bytes.
+/// `lossless` with records of `bytes` bytes, 32 or 16. `ranks`: what changes the picture most goes first. `map`: of records that were
+/// packed and unpacked, in `box` if they have 16 bytes.
 std::unique_ptr<PackedMachine> make_packed_machine(tilemesh::scene::Map const& map, std::uint32_t bytes, bool ranks,
                                                    tilemesh::splat::CompactBox const& box, tilemesh::RendererOptions options);
 

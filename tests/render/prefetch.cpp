@@ -64,11 +64,13 @@ constexpr std::size_t looks_away = 7;
 std::vector<Camera> path(std::uint32_t width, std::uint32_t height)
 {
     std::vector<Camera> out;
-    for (float const turn : {0.0f, 0.03f, 0.06f, 0.09f, 0.05f, 0.05f, 0.05f, 3.1f, 0.01f, 0.02f}) out.push_back(support::lens(width, height, turn));
+    for (float const turn : {0.0f, 0.03f, 0.06f, 0.09f, 0.05f, 0.05f, 0.05f, 3.1f, 0.01f, 0.02f})
+        out.push_back(support::lens(width, height, turn));
     return out;
 }
 
-/// Renders the path with and without prefetch. `expected(i)`: the camera that is expected for frame i; the first one has no motion before it.
+/// Renders the path with and without prefetch. `expected(cameras, i)`: the camera that is expected for frame i. No motion comes before the
+/// first frame.
 template <class S, class Expected>
 void same_pictures(scene::Map const& map, RendererOptions const& options, bool checked, Expected const& expected)
 {
@@ -105,7 +107,10 @@ Camera by_motion(std::vector<Camera> const& cameras, std::size_t i)
     return track::predicted(cameras[i < 2 ? 0 : i - 2], cameras[i - 1]);
 }
 /// Anything but what comes.
-Camera far_off(std::vector<Camera> const& cameras, std::size_t i) { return support::lens(cameras[i].width, cameras[i].height, i % 2 == 0 ? -0.7f : 0.5f); }
+Camera far_off(std::vector<Camera> const& cameras, std::size_t i)
+{
+    return support::lens(cameras[i].width, cameras[i].height, i % 2 == 0 ? -0.7f : 0.5f);
+}
 
 /// The sentence with which a prefetch is refused; empty if it is not.
 std::string refusal(HostRenderer& renderer, Camera const& camera)

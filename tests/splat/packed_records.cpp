@@ -164,5 +164,6 @@ TEST_CASE("packed records: a map that was not rounded is refused before a frame"
     } catch (Error const& e) {
         why = e.what();
     }
-    CHECK(why == "Gaussian 8 (the form that tiles store has no place for its numbers); give the renderer records that were rounded to that form");
+    CHECK(why == "Gaussian 8 (the form that tiles store has no place for its numbers); give the renderer records that were rounded to "
+                 "that form");
 }

@@ -54,8 +54,9 @@ public:
     static constexpr bool may_keep_pixels =
         std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>;
 
-    static_assert(HostType::has_one_memory || !splat::stores_own_form<P>, "records of an own form on an engine over several processes (they send "
-                                                                           "each other the map's records); choose an engine of one process");
+    static_assert(HostType::has_one_memory || !splat::stores_own_form<P>,
+                  "records of an own form on an engine over several processes (they send each other the map's records); choose an engine "
+                  "of one process");
     static_assert(HostType::has_one_memory || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                              "of another process cannot read that table); choose a setup by value");
 

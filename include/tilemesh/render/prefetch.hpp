@@ -21,8 +21,9 @@ inline void check_prefetch(SetupFacts const& facts, std::uint32_t hops)
     auto const refuse = [](std::string const& what, char const* why) {
         throw Error("prefetch with " + what + " (" + why + "); render without it, or choose `lossless`");
     };
-    if (facts.policies.holds == 0) refuse(std::string("setup ") + facts.name, "it drops records that find no room, also those that move early");
-    if (!facts.routes) refuse(std::string("setup ") + facts.name, "it does not route: the host places its records in each view");
+    auto const setup = std::string("setup ") + facts.name;
+    if (facts.policies.holds == 0) refuse(setup, "it drops records that find no room, also those that move early");
+    if (!facts.routes) refuse(setup, "it does not route: the host places its records in each view");
     if (hops != 0) refuse("bounded hops", "a frame that is cut depends on where its records were before");
 }
 

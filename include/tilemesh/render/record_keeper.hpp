@@ -184,7 +184,8 @@ private:
             auto splats = mesh.template state<splat::Splats<P>>(tile);
             for (std::uint64_t n = 0; n < most && next < rows; ++n, ++next) {
                 auto const row = row_of(next);
-                auto const g = loading.record([&] { return record_of(mesh, row); }, missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[next]);
+                auto const id = missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[next];
+                auto const g = loading.record([&] { return record_of(mesh, row); }, id);
                 if constexpr (by_reference) cache_->put(row);
                 ++mesh.template state<splat::Counts>(tile).changes;
                 auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
@@ -291,7 +292,8 @@ private:
         auto const record = splat::AccessOf<P>::template stored<typename P::Record>(records_.gaussians()[row], parameters);
         if (record.id != records_.id(row))
             throw Error("Gaussian " + std::to_string(static_cast<std::uint32_t>(records_.id(row))) +
-                        " (the form that tiles store has no place for its numbers); give the renderer records that were rounded to that form");
+                        " (the form that tiles store has no place for its numbers); give the renderer records that were rounded to that "
+                        "form");
         return record;
     }
     typename P::Projected entry_of([[maybe_unused]] std::uint32_t row, [[maybe_unused]] splat::Splat const& s) const noexcept

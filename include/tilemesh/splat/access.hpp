@@ -26,9 +26,9 @@ struct HeldInOrder {
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
 /// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
 ///
-/// A record of another type than the map's, as one in fewer bytes, has a member `id` and `sh_degree`. Kernels store it, send it and read its
-/// id; all else they ask of `project`. A specialisation for a setup's own parameters makes it (`stored`) and projects it; the parameters hold
-/// what all records share. See `stores_own_form`.
+/// A record of another type than the map's, as one in fewer bytes, has a member `id` and `sh_degree`. Kernels store it, send it and read
+/// its id; all else they ask of `project`. A specialisation for a setup's own parameters makes it (`stored`) and projects it; the
+/// parameters hold what all records share. See `stores_own_form`.
 template <class Parameters>
 struct Access {
     /// Returns the record projected into this frame's view. The result is an entry of `Splats`.

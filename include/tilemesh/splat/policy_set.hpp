@@ -49,7 +49,8 @@ struct PolicySet<Policies<W, M, P, F>> {
 template <class Parameters, class = void>
 inline constexpr bool has_parts_words = false;
 template <class Parameters>
-inline constexpr bool has_parts_words<Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms), decltype(Parameters::draws)>> = true;
+inline constexpr bool has_parts_words<
+    Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms), decltype(Parameters::draws)>> = true;
 
 /// Does this frame route? `frame`: the frame's parameters, or what `Access::hold` keeps of them.
 template <class P, class Frame>
