@@ -6,7 +6,7 @@
 
 /// Records of 32 and of 16 bytes, for storage and messages: half the bytes of `Gaussian`, or a quarter. A tile computes with floats after
 /// unpacking. `try_pack` refuses what it cannot represent; all else is rounded, as far as each member says. It is a lossy form, and no
-/// setup stores it: bench/policies measures what it would cost and give.
+/// setup of the library stores it: bench/policies has programs that do (packed_record.hpp).
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
@@ -44,12 +44,17 @@ struct CompactBox {
 /// 32 bytes: the mean is exact; the colour has three halves (up to 65,504), the opacity 16 bits, the rotation 32 (its three smaller
 /// components, 10 bits each), the scales 11, 11 and 10 bits of e^-12 to e^8. Smaller scales become e^-12.
 struct Compact32 {
-    std::uint32_t words[8];
+    static constexpr std::uint32_t sh_degree = 0;
+    GaussianId id;
+    std::uint32_t words[7];
 };
 /// 16 bytes: the mean has 15 bits an axis of the box's cube, the id 24, the colour 7 bits a channel (of its root, up to 4), the opacity 7,
 /// the rotation 13, the scales 6 bits each of the box's range.
 struct Compact16 {
-    std::uint32_t words[4];
+    static constexpr std::uint32_t sh_degree = 0;
+    GaussianId id : 24;
+    std::uint8_t first; ///< the low bits of the mean
+    std::uint32_t words[3];
 };
 static_assert(sizeof(Compact32) == 32 && sizeof(Compact16) == 16 && std::is_trivially_copyable_v<Compact32>);
 
@@ -124,6 +129,18 @@ inline bool can_pack(Gaussian const& g) noexcept
     for (float v : g.rotation) length2 += v * v;
     return all && is_finite(length2) && length2 > 1e-30f;
 }
+/// The components of a quaternion besides component `left_out`, times `scale`, with their bits each.
+template <std::uint32_t Words>
+void put_others(Bits<Words>& bits, float const (&rotation)[4], std::uint32_t const (&each)[3], std::uint32_t left_out, float scale) noexcept
+{
+    bits.put(left_out, 2);
+    for (std::uint32_t i = 0, k = 0; i < 4; ++i) // -1 / sqrt(2) to 1 / sqrt(2), with a level at 0
+        if (i != left_out) {
+            std::uint32_t const levels = (1u << each[k]) - 2;
+            bits.put(level_of(rotation[i] * scale * 0.70710678f + 0.5f, levels), each[k]);
+            ++k;
+        }
+}
 /// The three smaller components of a unit quaternion, with their bits each, and which one is the largest.
 template <std::uint32_t Words>
 void put_rotation(Bits<Words>& bits, float const (&rotation)[4], std::uint32_t const (&each)[3]) noexcept
@@ -134,14 +151,7 @@ void put_rotation(Bits<Words>& bits, float const (&rotation)[4], std::uint32_t c
         length2 += rotation[i] * rotation[i];
         if (std::fabs(rotation[i]) > std::fabs(rotation[largest])) largest = i;
     }
-    float const scale = (rotation[largest] < 0 ? -1.0f : 1.0f) / std::sqrt(length2);
-    bits.put(largest, 2);
-    for (std::uint32_t i = 0, k = 0; i < 4; ++i) // -1 / sqrt(2) to 1 / sqrt(2), with a level at 0
-        if (i != largest) {
-            std::uint32_t const levels = (1u << each[k]) - 2;
-            bits.put(level_of(rotation[i] * scale * 0.70710678f + 0.5f, levels), each[k]);
-            ++k;
-        }
+    put_others(bits, rotation, each, largest, (rotation[largest] < 0 ? -1.0f : 1.0f) / std::sqrt(length2));
 }
 template <std::uint32_t Words>
 void get_rotation(Bits<Words>& bits, float (&rotation)[4], std::uint32_t const (&each)[3]) noexcept
@@ -167,31 +177,75 @@ struct QuarterLayout {
 };
 } // namespace detail
 
+namespace detail {
+/// Writes the bits of a record. `put(bits, each)` writes those of its rotation.
+template <class Put>
+void fill(Gaussian const& g, Compact32& to, Put const& put) noexcept
+{
+    to = {};
+    to.id = g.id;
+    Bits<7> bits(to.words);
+    for (float v : g.mean_world) bits.put(__builtin_bit_cast(std::uint32_t, v), 32);
+    for (float v : g.colour) bits.put(half_bits(v), 16);
+    bits.put(level_of(g.opacity, 65535), 16);
+    put(bits, HalfLayout::rotation);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        using Layout = HalfLayout;
+        float const share = (g.log_scale[k] - Layout::lowest_scale) / (Layout::highest_scale - Layout::lowest_scale);
+        bits.put(level_of(share, (1u << Layout::scale[k]) - 1), Layout::scale[k]);
+    }
+}
+/// A mean's or a scale's share of the range of the box.
+inline float share_of_mean(Gaussian const& g, CompactBox const& box, std::uint32_t k) noexcept
+{
+    return (g.mean_world[k] - box.origin[k]) / (box.mean_step * static_cast<float>(CompactBox::mean_levels));
+}
+inline float share_of_scale(Gaussian const& g, CompactBox const& box, std::uint32_t k) noexcept
+{
+    return (g.log_scale[k] - box.least_log_scale) / (box.scale_step * static_cast<float>(CompactBox::scale_levels));
+}
+template <class Put>
+void fill(Gaussian const& g, CompactBox const& box, Compact16& to, Put const& put) noexcept
+{
+    std::uint32_t words[4] = {};
+    Bits<4> bits(words);
+    bits.put(static_cast<std::uint32_t>(g.id), 24);
+    for (std::uint32_t k = 0; k < 3; ++k) bits.put(level_of(share_of_mean(g, box, k), CompactBox::mean_levels), 15);
+    for (float v : g.colour) bits.put(v > 0 ? level_of(std::sqrt(v) * 0.5f, 127) : 0, 7);
+    bits.put(level_of(g.opacity, 127), 7);
+    for (std::uint32_t k = 0; k < 3; ++k) bits.put(level_of(share_of_scale(g, box, k), CompactBox::scale_levels), 6);
+    put(bits, QuarterLayout::rotation);
+    to.id = static_cast<GaussianId>(words[0] & 0xffffffu);
+    to.first = static_cast<std::uint8_t>(words[0] >> 24);
+    for (std::uint32_t i = 0; i < 3; ++i) to.words[i] = words[i + 1];
+}
+/// Of the four records that leave out another component of the rotation each, the one that unpacks to the bits of g.
+template <class Fill, class Unpack>
+bool try_all_rotations(Gaussian const& g, Fill const& fill_with, Unpack const& unpack) noexcept
+{
+    for (std::uint32_t left_out = 0; left_out < 4; ++left_out) {
+        fill_with([&](auto& bits, auto const& each) noexcept { put_others(bits, g.rotation, each, left_out, 1.0f); });
+        Gaussian const back = unpack();
+        if (__builtin_memcmp(&back, &g, sizeof g) == 0) return true;
+    }
+    return false;
+}
+} // namespace detail
+
 /// Packs a record. False, and no record, if one of its numbers is not finite, its quaternion has no length, or a scale is above e^8.
 [[nodiscard]] inline bool try_pack(Gaussian const& g, Compact32& to) noexcept
 {
     if (!detail::can_pack(g)) return false;
     for (float s : g.log_scale)
         if (s > detail::HalfLayout::highest_scale) return false;
-    to = {};
-    detail::Bits<8> bits(to.words);
-    bits.put(static_cast<std::uint32_t>(g.id), 32);
-    for (float v : g.mean_world) bits.put(__builtin_bit_cast(std::uint32_t, v), 32);
-    for (float v : g.colour) bits.put(detail::half_bits(v), 16);
-    bits.put(detail::level_of(g.opacity, 65535), 16);
-    detail::put_rotation(bits, g.rotation, detail::HalfLayout::rotation);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-        using Layout = detail::HalfLayout;
-        float const share = (g.log_scale[k] - Layout::lowest_scale) / (Layout::highest_scale - Layout::lowest_scale);
-        bits.put(detail::level_of(share, (1u << Layout::scale[k]) - 1), Layout::scale[k]);
-    }
+    detail::fill(g, to, [&](auto& bits, auto const& each) noexcept { detail::put_rotation(bits, g.rotation, each); });
     return true;
 }
 inline Gaussian unpacked(Compact32 from) noexcept
 {
     Gaussian g{};
-    detail::Bits<8> bits(from.words);
-    g.id = static_cast<GaussianId>(bits.get(32));
+    detail::Bits<7> bits(from.words);
+    g.id = from.id;
     for (float& v : g.mean_world) v = __builtin_bit_cast(float, bits.get(32));
     for (float& v : g.colour) v = detail::half_value(bits.get(16));
     g.opacity = detail::of_level(bits.get(16), 65535);
@@ -209,26 +263,19 @@ inline Gaussian unpacked(Compact32 from) noexcept
 [[nodiscard]] inline bool try_pack(Gaussian const& g, CompactBox const& box, Compact16& to) noexcept
 {
     if (!detail::can_pack(g) || static_cast<std::uint32_t>(g.id) >> 24 != 0) return false;
-    float mean[3], scale[3];
     for (std::uint32_t k = 0; k < 3; ++k) {
-        mean[k] = (g.mean_world[k] - box.origin[k]) / (box.mean_step * static_cast<float>(CompactBox::mean_levels));
-        scale[k] = (g.log_scale[k] - box.least_log_scale) / (box.scale_step * static_cast<float>(CompactBox::scale_levels));
-        if (!(mean[k] >= -1e-5f && mean[k] <= 1.00001f && scale[k] <= 1.00001f)) return false;
+        float const mean = detail::share_of_mean(g, box, k);
+        if (!(mean >= -1e-5f && mean <= 1.00001f && detail::share_of_scale(g, box, k) <= 1.00001f)) return false;
     }
-    to = {};
-    detail::Bits<4> bits(to.words);
-    bits.put(static_cast<std::uint32_t>(g.id), 24);
-    for (float v : mean) bits.put(detail::level_of(v, CompactBox::mean_levels), 15);
-    for (float v : g.colour) bits.put(v > 0 ? detail::level_of(std::sqrt(v) * 0.5f, 127) : 0, 7);
-    bits.put(detail::level_of(g.opacity, 127), 7);
-    for (float v : scale) bits.put(detail::level_of(v, CompactBox::scale_levels), 6);
-    detail::put_rotation(bits, g.rotation, detail::QuarterLayout::rotation);
+    detail::fill(g, box, to, [&](auto& bits, auto const& each) noexcept { detail::put_rotation(bits, g.rotation, each); });
     return true;
 }
 inline Gaussian unpacked(Compact16 from, CompactBox const& box) noexcept
 {
     Gaussian g{};
-    detail::Bits<4> bits(from.words);
+    std::uint32_t words[4] = {static_cast<std::uint32_t>(from.id) | std::uint32_t{from.first} << 24};
+    for (std::uint32_t i = 0; i < 3; ++i) words[i + 1] = from.words[i];
+    detail::Bits<4> bits(words);
     g.id = static_cast<GaussianId>(bits.get(24));
     for (std::uint32_t k = 0; k < 3; ++k) g.mean_world[k] = box.origin[k] + box.mean_step * static_cast<float>(bits.get(15));
     for (float& v : g.colour) {
@@ -239,6 +286,19 @@ inline Gaussian unpacked(Compact16 from, CompactBox const& box) noexcept
     for (float& v : g.log_scale) v = box.least_log_scale + box.scale_step * static_cast<float>(bits.get(6));
     detail::get_rotation(bits, g.rotation, detail::QuarterLayout::rotation);
     return g;
+}
+
+/// Packs a record that was unpacked, so that it unpacks to the same bits. `try_pack` does not promise this: rounding may make another
+/// component of a rotation the largest. False if the record was never packed.
+[[nodiscard]] inline bool try_pack_again(Gaussian const& g, Compact32& to) noexcept
+{
+    return detail::try_all_rotations(g, [&](auto const& put) noexcept { detail::fill(g, to, put); },
+                                     [&]() noexcept { return unpacked(to); });
+}
+[[nodiscard]] inline bool try_pack_again(Gaussian const& g, CompactBox const& box, Compact16& to) noexcept
+{
+    return detail::try_all_rotations(g, [&](auto const& put) noexcept { detail::fill(g, box, to, put); },
+                                     [&]() noexcept { return unpacked(to, box); });
 }
 
 }}} // namespace tilemesh::splat

@@ -3,6 +3,7 @@
 #include <memory>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/render/prefetch.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
@@ -46,6 +47,8 @@ public:
     virtual void limit_channels(std::uint32_t slots) = 0;
     /// Sets another bound on the hops per frame, after the first frame; 0: until quiet. Only for machines that were made with a bound.
     virtual void limit_hops(std::uint32_t hops) = 0;
+    /// Moves records and copies to where this camera will want them. `trace` is that of this run until the next frame.
+    virtual tilemesh::render::Prefetched prefetch(tilemesh::splat::Camera const&) = 0;
     virtual std::vector<Stored> stored() = 0;
     virtual tilemesh::splat::Rules const& rules() const = 0;
     /// The trace of the last frame.

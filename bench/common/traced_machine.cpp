@@ -28,6 +28,7 @@ public:
     }
     void limit_channels(std::uint32_t slots) override { slots_ = slots; }
     void limit_hops(std::uint32_t hops) override { renderer_.mesh().program() = splat::frame_program<P>(hops); }
+    tilemesh::render::Prefetched prefetch(splat::Camera const& camera) override { return renderer_.prefetch(camera); }
     std::vector<Stored> stored() override
     {
         std::vector<Stored> out;

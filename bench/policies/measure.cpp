@@ -1,5 +1,6 @@
 #include "measure.hpp"
 #include "lending.hpp"
+#include "packed.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/compact.hpp>
@@ -144,7 +145,8 @@ private:
         row.map = scene_.map.name, row.view = view_, row.policy = std::move(policy);
         return row;
     }
-    tilemesh::RunCost fill(Row& row, tilemesh::report::FrameReport const& r, tilemesh::Trace const& trace, Image const& image, bool rounded)
+    tilemesh::RunCost fill(Row& row, tilemesh::report::FrameReport const& r, tilemesh::Trace const& trace, Image const& image, bool rounded,
+                          tilemesh::CostModel const& model = cost_model())
     {
         row.exchanges = r.exchanges.total();
         row.exchanged_bytes = r.exchanged_live_bytes;
@@ -152,10 +154,10 @@ private:
         row.missing = r.lost.size();
         row.lossy = rounded || row.missing != 0;
         row.psnr_db = psnr(image, exact_);
-        auto cost = tilemesh::model_cost(cost_model(), trace, grid_);
+        auto cost = tilemesh::model_cost(model, trace, grid_);
         std::uint64_t cycles = 0;
         for (auto const& s : cost.supersteps) cycles += s.total();
-        row.modelled_ms = tilemesh::milliseconds(cost_model(), cycles);
+        row.modelled_ms = tilemesh::milliseconds(model, cycles);
         std::vector<std::uint64_t> busy(grid_.size(), 0);
         for (auto const& step : cost.busy)
             for (std::size_t t = 0; t < step.size(); ++t) busy[t] += step[t];
@@ -213,7 +215,8 @@ private:
         }
         auto const machine = bench::make_traced_machine(packed(scene_.map, policy.record_bytes), std::move(facts), options);
         for (auto const& camera : cameras_) machine->render(camera);
-        (void)fill(row, machine->report(), machine->trace(), machine->image(), policy.record_bytes != 60);
+        if (policy.record_bytes != 60) return stored_packed(policy, row, options, *machine);
+        (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
         if (policy.name == "hold, first come")
             links_.push_back(link_row(row.map, row.view, Links::mesh, machine->report(), machine->trace(), grid_));
         // What the bench shows must be so: a rank is worth its time on full tiles of a first view.
@@ -233,6 +236,25 @@ private:
         row.storage = splat::Lossless::sizes.storage;
         (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
         links_.push_back(link_row(row.map, row.view, links, machine->report(), machine->trace(), grid_));
+    }
+    /// A program whose tiles store and send packed records. It must do what `by_floats` does: the program whose records were rounded before
+    /// they were loaded.
+    void stored_packed(Policy const& policy, Row& row, tilemesh::RendererOptions const& options, bench::TracedMachine const& by_floats)
+    {
+        auto const box = splat::CompactBox::of(scene_.map.gaussians.data(), static_cast<std::uint32_t>(scene_.map.gaussians.size()));
+        auto const machine = make_packed_machine(packed(scene_.map, policy.record_bytes), policy.record_bytes, policy.ranks, box, options);
+        for (auto const& camera : cameras_) machine->render(camera);
+        auto const &r = machine->report(), &other = by_floats.report();
+        if (psnr(machine->image(), by_floats.image()) < std::numeric_limits<double>::infinity())
+            complain(row, "the picture is not that of rounded records");
+        if (r.exchanges.total() != other.exchanges.total() || r.messages != other.messages || r.hops != other.hops ||
+            r.exchanged_live_bytes != other.exchanged_live_bytes || r.copies != other.copies || r.lost.size() != other.lost.size())
+            complain(row, "it exchanges or lacks other records than the program of rounded records");
+        auto const box_bytes = policy.record_bytes == 16 ? sizeof box : 0;
+        if (machine->facts().sram_bytes != row.sram_bytes + box_bytes || machine->facts().sizes.storage != row.storage)
+            complain(row, "its ledger is not that of smaller records");
+        row.sram_bytes = machine->facts().sram_bytes;
+        (void)fill(row, r, machine->trace(), machine->image(), true, model_with_unpacking(policy.record_bytes));
     }
 
     /// The picture with colours, and if asked weights, rounded to half precision; sums are floats.

@@ -5,6 +5,7 @@
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/prefetch.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>
@@ -91,6 +92,8 @@ using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
 
 #if defined(TILEMESH_COMPILED)
 extern template class render::FrameRenderer<render::HostPolicies, PortMesh, Traced<AnyMachine>>;
+extern template render::Prefetched
+render::FrameRenderer<render::HostPolicies, PortMesh, Traced<AnyMachine>>::prefetch<render::HostPolicies>(splat::Camera const&);
 extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>
 make_threads_port(render::HostRenderer::Program const&, Grid, MeshSizes<render::HostRenderer::Program> const&, MeshOptions const&);
 extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>

@@ -137,6 +137,29 @@ TEST_CASE("a camera at constant velocity is where it is predicted, for any numbe
     CHECK(glm::length(none.position - second.position) == 0.0);
 }
 
+TEST_CASE("a camera is predicted with the lens of the last one; a camera that stood still keeps its bits")
+{
+    scene::Intrinsics const lens{500, 501, 320, 240, 0.25f, 640, 480};
+    track::Twist const step{{0.1, -0.02, 0.3}, {0.05, 0.1, -0.02}};
+    scene::Pose const first{track::rotation_by({0.3, 1.0, -2.0}), {4.0, 5.0, 6.0}};
+    auto const second = track::moved(first, step), third = track::moved(second, step);
+    auto other = lens;
+    other.fx = 100, other.width = 320;
+    auto const last = scene::make_camera(second, lens);
+    auto const guess = track::predicted(scene::make_camera(first, other), last);
+    auto const pose = scene::pose_of(guess);
+    CHECK(largest_difference(pose.rotation, third.rotation) < 1e-6);
+    CHECK(glm::length(pose.position - third.position) < 1e-5);
+    CHECK(guess.fx == last.fx);
+    CHECK(guess.near_depth == last.near_depth);
+    CHECK(guess.width == 640);
+    CHECK(guess.height == 480);
+
+    auto still = last;
+    still.rotation[0][0] *= 1.001f; // no rotation: `moved` would change it
+    CHECK(splat::same_view(track::predicted(still, still), still));
+}
+
 TEST_CASE("a million updates keep a rotation orthonormal, and a matrix that is off by 5e-3 becomes a rotation")
 {
     Random random;

@@ -2,3 +2,6 @@
 #include <tilemesh/renderer.hpp>
 
 template class tilemesh::render::FrameRenderer<tilemesh::render::HostPolicies, tilemesh::PortMesh, tilemesh::Traced<tilemesh::AnyMachine>>;
+template tilemesh::render::Prefetched
+tilemesh::render::FrameRenderer<tilemesh::render::HostPolicies, tilemesh::PortMesh, tilemesh::Traced<tilemesh::AnyMachine>>::prefetch<
+    tilemesh::render::HostPolicies>(tilemesh::splat::Camera const&);

@@ -14,6 +14,7 @@
 #include <tilemesh/render/kept_pixels.hpp>
 #include <tilemesh/render/losses.hpp>
 #include <tilemesh/render/picture.hpp>
+#include <tilemesh/render/prefetch.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
@@ -55,6 +56,9 @@ public:
         (std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>) &&
         splat::blends_in_one_step<P>;
 
+    static_assert(HostType::has_one_memory || !splat::stores_own_form<P>,
+                  "records of an own form on an engine over several processes (they send each other the map's records); choose an engine "
+                  "of one process");
     static_assert(HostType::has_one_memory || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                              "of another process cannot read that table); choose a setup by value");
 
@@ -69,6 +73,15 @@ public:
 
     /// The machine, the sizes and the ledger of the setup.
     SetupFacts const& facts() const noexcept { return facts_; }
+
+    /// The parameters with which a mesh is built, if tiles store a form of their own of the records: what these share must be known before
+    /// the first record is loaded. The next mesh has them. The map must have the records that this form stands for, because the host
+    /// projects the map's.
+    void begin_with(Parameters const& parameters)
+        requires(splat::stores_own_form<P>)
+    {
+        own_ = parameters;
+    }
 
     /// The mesh. It exists after the first `render` or `prepare`. Tiles that keep their pixels rely on two rules for its user: add 1 to
     /// `splat::Counts::changes` of a tile whose words you change, and do not run the mesh with parameters of your own.
@@ -113,6 +126,17 @@ public:
     /// Renders into an existing frame and reuses its memory, for many frames of one size. After an exception the frame holds no picture.
     void render_into(splat::Camera const& camera, RenderedFrame& result);
 
+    /// Moves records and copies to the tiles that will want them in the view of `camera`, without a picture: the steps project, route and
+    /// bloom. Call it between two frames with the camera that you expect, as `track::predicted` finds it from the last two poses. The next
+    /// frame may have any camera. If that frame lacks no record, its picture has the same bits as without this call. What moved wrongly
+    /// moves back in that frame. It may also come before the first frame.
+    ///
+    /// It is a run of its own: an observer sees its supersteps, and `trace` has them until the next frame. It throws Error for a setup that
+    /// drops records or does not route, for a bound on hops, and for a camera that no frame can have. Then no record moved.
+    template <class Q = P> // a template, as `trace`
+    Prefetched prefetch(splat::Camera const& camera)
+        requires(splat::has_parts_words<typename Q::Parameters>);
+
 private:
     void prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view);
     /// `view`: that of the first frame, if it is known.
@@ -136,8 +160,9 @@ private:
             }
         if (options_.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options_.storage_slots);
         blacken();
+        if constexpr (splat::stores_own_form<P>) frame() = own_;
         last_.reset();
-        copies_lost_ = copies_refused_ = cut_ = false;
+        copies_lost_ = copies_refused_ = cut_ = prefetched_ = false;
         keeper_.begin(host_, tiling_, storage_slots(), facts_.routes);
     }
     void blacken()
@@ -151,7 +176,7 @@ private:
     /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether the view is new.
     bool put_records(splat::View const& view)
     {
-        bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
+        bool const changed = prefetched_ || !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||
                              __builtin_memcmp(&frame().tiling, &tiling_, sizeof tiling_) != 0;
         if (!changed) return false;
         if constexpr (by_reference)
@@ -174,6 +199,7 @@ private:
         if constexpr (splat::has_parts_words<Parameters>) {
             frame().routes = facts_.routes ? 1 : 0;
             frame().blooms = facts_.blooms ? 1 : 0;
+            frame().draws = 1;
         }
         // With a bound on hops, after a loss, or where a record with a full channel ahead becomes one of the tile's own (`Drop`), a tile may
         // have a record or a copy that did not touch it in the view before.
@@ -243,8 +269,11 @@ private:
         return host_.any(any);
     }
 
+    struct NoWords {};
+
     RendererOptions options_;
     SetupFacts facts_;
+    [[no_unique_address]] std::conditional_t<splat::stores_own_form<P>, Parameters, NoWords> own_{};
     HostType host_;
     typename HostType::Records records_;
     ScreenCache cache_;                              ///< the table that the tiles' references point to
@@ -258,6 +287,7 @@ private:
     bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send these again by themselves
     bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
     bool cut_ = false;                               ///< a bound may have left records under way
+    bool prefetched_ = false;                        ///< since the last picture; so no tile has sorted for the last view
 };
 
 // The members that users call are defined outside the class. So with `extern template` users need not compile them or what they call.
@@ -343,9 +373,37 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.height = camera.height;
     last_ = view;
     cut_ = options_.hops != 0;
+    prefetched_ = false;
     host_.end_frame();
     result.report.host_ms.picture = collecting.milliseconds();
     result.report.host_ms.total = all.milliseconds();
+}
+
+template <class P, template <class, class> class Engine, class Machine>
+template <class Q>
+Prefetched FrameRenderer<P, Engine, Machine>::prefetch(splat::Camera const& camera)
+    requires(splat::has_parts_words<typename Q::Parameters>)
+{
+    engine::Stopwatch const all;
+    check_prefetch(facts_, options_.hops);
+    auto const view = host_.view_of(camera, rules_, [](splat::View const&) {});
+    prepare_for(camera.width, camera.height, &view);
+    host_.begin_frame();
+    Prefetched result;
+    if (put_records(view)) {
+        tell(view, true);
+        frame().draws = 0;
+        auto const report = finish(host_.run());
+        // The next frame is a new view, so it need not run again for the copies that the host recalls here.
+        (void)keeper_.recall_copies(host_);
+        check_sums(report, records_.all_rows(), 0);
+        last_ = view;
+        prefetched_ = true;
+        result = {report.exchanges.total(), report.messages, report.exchanged_live_bytes, report.gaussians.moved, 0};
+    }
+    host_.end_frame();
+    result.host_ms = all.milliseconds();
+    return result;
 }
 
 } // namespace render

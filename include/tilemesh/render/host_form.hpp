@@ -31,10 +31,11 @@ struct TableParameters : FrameParameters {
     HostPointer<std::uint8_t> stale;
 };
 
-/// The parameters of a program that serves setups with and without planes, routing and bloom.
+/// The parameters of a program that serves setups with and without planes, routing and bloom, and runs without a picture.
 struct HostParameters : TableParameters {
     std::uint32_t wide;           ///< 1: pixels have all planes; 0: only a colour (machine/either.hpp)
     std::uint32_t routes, blooms; ///< 1: the frame has this step
+    std::uint32_t draws;          ///< 1: the run makes a picture; 0: it only moves records and copies (FrameRenderer::prefetch)
 };
 
 /// The splats of a tile in the order of the keys, if the tile holds rows of a table.

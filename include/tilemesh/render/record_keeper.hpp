@@ -9,6 +9,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/screen_cache.hpp>
+#include <tilemesh/splat/access.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -126,7 +127,7 @@ public:
                 for (std::uint32_t row = 0; row < records_.rows(); ++row) {
                     auto const s = splat_of(row, view, tiling);
                     if (s.visible())
-                        send(s.anchor, Placed{records_.first_row() + row, record_of(row), entry_of(row, s)});
+                        send(s.anchor, Placed{records_.first_row() + row, record_of(mesh, row), entry_of(row, s)});
                     else
                         ++parked_;
                 }
@@ -183,7 +184,8 @@ private:
             auto splats = mesh.template state<splat::Splats<P>>(tile);
             for (std::uint64_t n = 0; n < most && next < rows; ++n, ++next) {
                 auto const row = row_of(next);
-                auto const g = loading.record([&] { return record_of(row); }, missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[next]);
+                auto const id = missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[next];
+                auto const g = loading.record([&] { return record_of(mesh, row); }, id);
                 if constexpr (by_reference) cache_->put(row);
                 ++mesh.template state<splat::Counts>(tile).changes;
                 auto const copy = rendered ? splat::find(marks, g.id) : splat::no_slot;
@@ -273,12 +275,26 @@ private:
         return by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
     }
     /// The entry that tiles store for a row; `entry_of`: for its projected splat.
-    typename P::Record record_of(std::uint32_t row) const noexcept
+    template <class M>
+    typename P::Record record_of([[maybe_unused]] M& mesh, std::uint32_t row) const noexcept(!splat::stores_own_form<P>)
     {
         if constexpr (by_reference)
             return {records_.id(row), row};
+        else if constexpr (splat::stores_own_form<P>)
+            return stored(std::as_const(mesh.template broadcast<typename P::Parameters>()), row);
         else
             return records_.template record<typename P::Record>(row);
+    }
+    /// The form of a row that tiles store. Throws Error if it has no place for that record.
+    template <class Parameters>
+    typename P::Record stored(Parameters const& parameters, std::uint32_t row) const
+    {
+        auto const record = splat::AccessOf<P>::template stored<typename P::Record>(records_.gaussians()[row], parameters);
+        if (record.id != records_.id(row))
+            throw Error("Gaussian " + std::to_string(static_cast<std::uint32_t>(records_.id(row))) +
+                        " (the form that tiles store has no place for its numbers); give the renderer records that were rounded to that "
+                        "form");
+        return record;
     }
     typename P::Projected entry_of([[maybe_unused]] std::uint32_t row, [[maybe_unused]] splat::Splat const& s) const noexcept
     {

@@ -1,6 +1,8 @@
 #pragma once
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/regions.hpp>
+#include <type_traits>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
@@ -23,6 +25,10 @@ struct HeldInOrder {
 
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
 /// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
+///
+/// A record of another type than the map's, as one in fewer bytes, has a member `id` and `sh_degree`. Kernels store it, send it and read
+/// its id; all else they ask of `project`. A specialisation for a setup's own parameters makes it (`stored`) and projects it; the
+/// parameters hold what all records share. See `stores_own_form`.
 template <class Parameters>
 struct Access {
     /// Returns the record projected into this frame's view. The result is an entry of `Splats`.
@@ -146,5 +152,14 @@ struct Access {
 /// The way in which kernels of these policies read records.
 template <class S>
 using AccessOf = Access<typename S::Parameters>;
+
+/// Do tiles store a form of their own of the map's records? Then `Access<Parameters>::stored<Record>(Gaussian const&, Parameters const&)`
+/// makes it when the host loads a record, and `FrameRenderer::begin_with` sets the parameters for that. A record without an id says that
+/// the form has no place for that Gaussian.
+template <class S, class = void>
+inline constexpr bool stores_own_form = false;
+template <class S>
+inline constexpr bool stores_own_form<S, std::void_t<decltype(AccessOf<S>::template stored<typename S::Record>(
+                                             std::declval<Gaussian const&>(), std::declval<typename S::Parameters const&>()))>> = true;
 
 }}} // namespace tilemesh::splat

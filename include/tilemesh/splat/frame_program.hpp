@@ -32,8 +32,8 @@ struct FrameOf {
 template <class S>
 struct FrameOf<S, true> {
     using type = Sequence<Superstep<Project<S>>, If<&S::Parameters::routes, UntilQuiet<Route<S>>>,
-                          If<&S::Parameters::blooms, Superstep<Bloom<S>>, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>,
-                          typename BlendOf<S>::type>;
+                          If<&S::Parameters::blooms, Superstep<Bloom<S>>, UntilQuiet<Bloom<S>>>,
+                          If<&S::Parameters::draws, Superstep<DepthSort<S>>, typename BlendOf<S>::type>>;
 };
 } // namespace detail
 
@@ -43,7 +43,7 @@ inline constexpr bool blends_in_one_step = detail::BlendOf<S>::is_one_step;
 
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay on their tiles between runs. If a setup leaves out a step,
 /// the program has neither the step nor the channels and lists that only this step uses. A host's program may have all steps under a
-/// condition (`has_parts_words`): then a frame without a step does not run it.
+/// condition (`has_parts_words`): then a frame without a step does not run it, and a run may end before the picture.
 ///
 /// Bloom's first pass runs on every tile, because all tiles are quiet after routing. In this pass, the tiles that owe copies begin to send
 /// them. If no tile owes a copy, the pass sends nothing and costs no exchange.

@@ -43,12 +43,14 @@ struct PolicySet<Policies<W, M, P, F>> {
 };
 } // namespace detail
 
-/// Do the parameters say which optional steps a frame has, in words `routes` and `blooms`? A host's parameters may
-/// (render/host_form.hpp). Then `P::routes` and `P::blooms` mean that the program has these steps under a condition.
+/// Do the parameters say which steps a run has, in words `routes`, `blooms` and `draws`? A host's parameters may
+/// (render/host_form.hpp). Then `P::routes` and `P::blooms` mean that the program has these steps under a condition. A run that does not
+/// draw ends after bloom: tiles neither sort nor composite.
 template <class Parameters, class = void>
 inline constexpr bool has_parts_words = false;
 template <class Parameters>
-inline constexpr bool has_parts_words<Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms)>> = true;
+inline constexpr bool has_parts_words<
+    Parameters, std::void_t<decltype(Parameters::routes), decltype(Parameters::blooms), decltype(Parameters::draws)>> = true;
 
 /// Does this frame route? `frame`: the frame's parameters, or what `Access::hold` keeps of them.
 template <class P, class Frame>

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/camera.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace track {
 
@@ -48,6 +49,8 @@ TILEMESH_HOST Twist twist_between(scene::Pose const& from, scene::Pose const& to
 
 /// Where a camera is after `steps` more steps at constant velocity, if the last step took it from `before` to `last`.
 TILEMESH_HOST scene::Pose predicted(scene::Pose const& before, scene::Pose const& last, double steps = 1.0);
+/// The same for cameras, by one step, with the lens of `last`. A camera that did not move keeps its bits.
+TILEMESH_HOST splat::Camera predicted(splat::Camera const& before, splat::Camera const& last);
 
 }}} // namespace tilemesh::track
 

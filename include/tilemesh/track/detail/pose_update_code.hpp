@@ -79,5 +79,10 @@ TILEMESH_HOST scene::Pose predicted(scene::Pose const& before, scene::Pose const
     Twist const step = twist_between(before, last);
     return moved(last, {steps * step.rho, steps * step.phi});
 }
+TILEMESH_HOST splat::Camera predicted(splat::Camera const& before, splat::Camera const& last)
+{
+    if (splat::same_view(before, last)) return last;
+    return scene::make_camera(predicted(scene::pose_of(before), scene::pose_of(last)), scene::lens_of(last));
+}
 
 }}} // namespace tilemesh::track
