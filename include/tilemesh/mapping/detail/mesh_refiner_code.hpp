@@ -7,6 +7,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/project_all.hpp>
 #include <vector>
@@ -60,6 +61,29 @@ inline void expect_room(MachineSize const& machine, std::size_t records, Resting
                 std::to_string(resting.most_entries) + " splats of " + std::to_string(entry) + " bytes in the reference view take " +
                 bytes(resting.most_entries) + " bytes; " + bytes(sizes.entries) +
                 " are left); take smaller tiles, fewer slots of channels or a smaller map");
+}
+
+inline void expect_growable(MeshRefineOptions const& options)
+{
+    auto const cell = options.insert.cell;
+    auto const& tile = options.refine.view.tile;
+    if (cell == 0 || tile.tile_width % cell != 0)
+        throw Error("a map cannot grow in cells of " + std::to_string(cell) + " pixels on tiles of " + by(tile.tile_width, tile.tile_height) +
+                    " (a tile adds up whole columns of cells); take cells whose side divides the width of a tile");
+    if (options.record_slots == 0)
+        throw Error("a map cannot grow on tiles without a free slot (record_slots is 0); give the records that a tile may hold");
+}
+
+inline void expect_keyframe(splat::Camera const& camera, std::uint32_t cell, std::uint32_t keyframe, std::uint32_t last)
+{
+    auto const grid = splat::map::CellGrid::of(camera.width, camera.height, cell);
+    if (std::uint64_t{grid.columns} * grid.rows > splat::map::most_cells)
+        throw Error("a keyframe of " + by(camera.width, camera.height) + " pixels has too many cells (at most " +
+                    std::to_string(splat::map::most_cells) + " have ids); take smaller pictures or larger cells");
+    if (keyframe <= last || keyframe > splat::map::most_keyframes)
+        throw Error("a keyframe cannot have the number " + std::to_string(keyframe) + " (the map has ids of keyframe " +
+                    std::to_string(last) + ", and the last number is " + std::to_string(splat::map::most_keyframes) +
+                    "); number keyframes from 1 on, each above the one before");
 }
 
 inline std::vector<splat::Gaussian> records_by_id(scene::Map const& map)
