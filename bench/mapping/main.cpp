@@ -333,6 +333,7 @@ CostModel priced_mk2()
     set_price(model, "cell_pixel", d::slots_of(16, 0, 24) * d::one_worker, source);
     set_price(model, "moved_cell", 40 * d::one_worker, source);
     set_price(model, "new_record", d::slots_of(40, 7, 120) * d::one_worker, source);
+    set_price(model, "harmonic", d::slots_of(10, 0, 9) * d::six_workers, source);
     set_price(model, "judged", 24 * d::one_worker, source);
     set_price(model, "chain", d::slots_of(500, 20, 150) * d::six_workers, source);
     return model;
@@ -369,8 +370,8 @@ void keyframe(std::array<splat::Camera, 2> const& cameras, std::array<mapping::T
     auto const lost = grown.lost();
     std::cout << "(keyframes: " << thousands(first.inserted) << " and " << thousands(second.inserted) << " Gaussians, "
               << thousands(first.refused + second.refused) << " refused, " << thousands(lost.copies + lost.records)
-              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass " << cycles_of("pass cells")
-              << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
+              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass "
+              << cycles_of("pass cells") << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
     grown.remove(depth);
     std::cout << "; remove " << cycles_of("") << " ms)\n";
 }

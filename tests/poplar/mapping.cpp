@@ -22,6 +22,8 @@ using poplar_test::executions;
 using Optimiser = map::SecondMomentByKind;
 using Mapping = map::MapStep<Optimiser>;
 using Growing = map::GrowStep<Optimiser>;
+using ShadedOptimiser = map::Shaded<Optimiser, 2>;
+using Shading = map::MapStep<ShadedOptimiser>;
 
 TILEMESH_VERTEX(map_begin_rest, Mk2, Mapping, map::BeginRest)
 TILEMESH_MULTI_VERTEX(map_find_goals, Mk2, Mapping, map::FindGoals)
@@ -55,6 +57,19 @@ TILEMESH_MULTI_VERTEX(grow_look, Mk2, Growing, map::Look)
 TILEMESH_VERTEX(grow_pass_cells, Mk2, Growing, map::PassCells)
 TILEMESH_VERTEX(grow_insert_cells, Mk2, Growing, map::InsertCells<Optimiser>)
 TILEMESH_VERTEX(grow_remove_faded, Mk2, Growing, map::RemoveFaded<Optimiser>)
+TILEMESH_VERTEX(shade_begin_rest, Mk2, Shading, map::BeginRest)
+TILEMESH_MULTI_VERTEX(shade_find_goals, Mk2, Shading, map::FindGoals)
+TILEMESH_VERTEX(shade_start_rest, Mk2, Shading, map::StartRest)
+TILEMESH_VERTEX(shade_offer_room, Mk2, Shading, map::OfferRoom<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_move_records, Mk2, Shading, map::MoveRecords<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_begin_view, Mk2, Shading, map::BeginView)
+TILEMESH_MULTI_VERTEX(shade_project_records, Mk2, Shading, map::ProjectShaded<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_cast, Mk2, Shading, map::Cast)
+TILEMESH_VERTEX(shade_sort_entries, Mk2, Shading, map::SortEntries)
+TILEMESH_MULTI_VERTEX(shade_walk, Mk2, Shading, map::Walk)
+TILEMESH_MULTI_VERTEX(shade_add_up, Mk2, Shading, map::AddUp)
+TILEMESH_VERTEX(shade_return, Mk2, Shading, map::Return)
+TILEMESH_MULTI_VERTEX(shade_take_step, Mk2, Shading, map::TakeStep<ShadedOptimiser>)
 
 #define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(map_begin_rest);
@@ -88,6 +103,19 @@ ENTER(grow_look);
 ENTER(grow_pass_cells);
 ENTER(grow_insert_cells);
 ENTER(grow_remove_faded);
+ENTER(shade_begin_rest);
+ENTER(shade_find_goals);
+ENTER(shade_start_rest);
+ENTER(shade_offer_room);
+ENTER(shade_move_records);
+ENTER(shade_begin_view);
+ENTER(shade_project_records);
+ENTER(shade_cast);
+ENTER(shade_sort_entries);
+ENTER(shade_walk);
+ENTER(shade_add_up);
+ENTER(shade_return);
+ENTER(shade_take_step);
 
 TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the thread engine, in every order of workers")
 {
@@ -170,5 +198,39 @@ TEST_CASE("poplar: a map that grows has the map, counters and words of the threa
         REQUIRE(b.size() == inserted - removed);
         REQUIRE(b.size() == a.size());
         CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+    }
+}
+
+TEST_CASE("poplar: a mapping step with harmonics has the map and words of the thread engine")
+{
+    standin::With const restore(standin::settings());
+    auto gaussians = support::cloud(30, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -4.0f);
+    auto truth = support::map_of(std::move(gaussians));
+    truth.sh_degree = 2;
+    support::Random random(7);
+    truth.harmonics.resize(truth.gaussians.size() * ShadedOptimiser::words);
+    for (float& v : truth.harmonics) v = random.uniform(-0.3f, 0.3f);
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
+    auto const start = support::mapping::spoilt(truth, 2, 5);
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        mapping::MeshRefineOptions o;
+        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
+        o.channel_slots = 2;
+        mapping::MeshRefiner<ShadedOptimiser, Mesh, Mk2> threads(start, views.cameras[0], o);
+        mapping::MeshRefiner<ShadedOptimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], o, poplar_test::options("shade"));
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            if (i == 1) threads.rest(views.cameras[1]), graph.rest(views.cameras[1]);
+            auto const expected = threads.step(views.cameras[i], views.targets[i], map::usual_rates(2));
+            CHECK(graph.step(views.cameras[i], views.targets[i], map::usual_rates(2)).loss == expected.loss);
+            engine_test::check_same(threads.run(), graph.run());
+            poplar_test::check_same_words(threads.mesh(), graph.mesh());
+        }
+        auto const harmonics = graph.map().harmonics;
+        CHECK(harmonics == threads.map().harmonics);
+        CHECK(harmonics != start.harmonics);
     }
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/counters.hpp>
@@ -15,6 +16,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/insert.hpp>
+#include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/program.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
@@ -63,8 +65,10 @@ void expect_room(MachineSize const& machine, std::size_t records, Resting const&
 void expect_growable(MeshRefineOptions const& options);
 /// Throws `Error` for a keyframe that gives no new ids.
 void expect_keyframe(splat::Camera const& camera, std::uint32_t cell, std::uint32_t keyframe, std::uint32_t last);
-/// The records in the order of their ids. Throws `Error` for harmonics, and for an id that two records have.
-std::vector<splat::Gaussian> records_by_id(scene::Map const& map);
+/// The rows of the map in the order of their ids. Throws `Error` for harmonics of another degree, and for an id that two records have.
+std::vector<std::uint32_t> rows_by_id(scene::Map const& map, std::uint32_t degree);
+/// Puts row `rows[k]` of the map, a record with its harmonics, in place k.
+void put_in_order(scene::Map& map, std::vector<std::uint32_t> const& rows);
 } // namespace detail
 
 /// A `Refiner` whose map lies on the tiles of a mesh: `splat::map::MapStep` is the program. The map has the bits of a `Refiner`'s after the
@@ -72,8 +76,9 @@ std::vector<splat::Gaussian> records_by_id(scene::Map const& map);
 ///
 /// `reference` is the view by which the host lays the records on the tiles. Other views cost more hops, and change no bit; `rest` moves
 /// the records to the tiles of another view. `MeshOf` is `Mesh`, `CheckedMesh` or `PoplarMesh`; `Machine` is `AnyMachine`,
-/// `Traced<AnyMachine>` or a machine. Throws `Error` as `Refiner`, for a map with harmonics or with an id twice, for a view with more tiles
-/// than the grid, and for a map that does not fit the tiles.
+/// `Traced<AnyMachine>` or a machine. For a map with harmonics, `Optimiser` is a `splat::map::Shaded` of the map's degree. Throws `Error`
+/// as `Refiner`, for a map of another degree or with an id twice, for a view with more tiles than the grid, and for a map that does not
+/// fit the tiles.
 ///
 /// With `splat::map::GrowStep` for `ProgramOf`, the map also grows: `insert` and `remove` do what a keyframe of `slam::Mapper` does. It may
 /// begin empty. `record_slots` must say how many records a tile may hold.
@@ -84,6 +89,7 @@ template <class Optimiser = splat::map::SecondMomentByKind, template <class, cla
 class MeshRefiner {
 public:
     using Program = ProgramOf<Optimiser>;
+    static constexpr std::uint32_t degree = splat::map::degree_of<Optimiser>;
     static constexpr bool grows = std::is_same_v<Program, splat::map::GrowStep<Optimiser>>;
     using MeshType = MeshOf<Program, Machine>;
 
@@ -143,7 +149,10 @@ public:
         scene::Map out = facts_;
         for (auto [tile, records] : mesh_.template states<splat::map::Records>())
             out.gaussians.insert(out.gaussians.end(), records.begin(), records.end());
-        std::sort(out.gaussians.begin(), out.gaussians.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
+        if constexpr (degree != 0)
+            for (auto [tile, states] : mesh_.template states<splat::map::OptimiserStates<Optimiser>>())
+                for (auto const& s : states) out.harmonics.insert(out.harmonics.end(), std::begin(s.harmonics), std::end(s.harmonics));
+        detail::put_in_order(out, detail::rows_by_id(out, degree));
         return out;
     }
     /// What the last step lacked.
@@ -196,7 +205,8 @@ private:
     struct Plan {
         MeshRefineOptions options;
         scene::Map facts; ///< the map without its records
-        std::vector<splat::Gaussian> records;
+        std::vector<splat::Gaussian> records; ///< by their ids
+        std::vector<float> harmonics;         ///< of each
         Grid grid;
         detail::Resting resting;
         splat::map::MapSizes sizes;
@@ -208,7 +218,8 @@ private:
         ViewSums const checked(o.view);
         if (options.channel_slots == 0) throw Error("a channel without a slot carries nothing (channel_slots is 0); take 1 or more");
         if constexpr (grows) detail::expect_growable(options);
-        Plan plan{options, {}, detail::records_by_id(map), options.grid, {}, {}};
+        detail::put_in_order(map, detail::rows_by_id(map, degree));
+        Plan plan{options, {}, std::move(map.gaussians), std::move(map.harmonics), options.grid, {}, {}};
         auto const tiling = splat::make_tiling(reference.width, reference.height, o.view.tile.tile_width, o.view.tile.tile_height);
         if (plan.grid.size() == 0) plan.grid = {tiling.columns, tiling.rows};
         detail::expect_tiles(reference, tiling, plan.grid);
@@ -220,7 +231,7 @@ private:
             detail::expect_room(options.machine, plan.records.size(), plan.resting, plan.sizes, splat::map::record_bytes<Optimiser>);
         else if (options.entry_slots < plan.sizes.entries)
             plan.sizes.entries = options.entry_slots, plan.sizes.sums = plan.sizes.entries * plan.sizes.walkers;
-        map.gaussians.clear();
+        map.gaussians.clear(), map.harmonics.clear();
         plan.facts = std::move(map);
         return plan;
     }
@@ -242,7 +253,9 @@ private:
         for (std::size_t k = 0; k < plan.records.size(); ++k) {
             auto const tile = plan.grid.tile(plan.resting.tile[k]);
             mesh_.template state<splat::map::Records>(tile).push(plan.records[k]);
-            mesh_.template state<splat::map::OptimiserStates<Optimiser>>(tile).push({});
+            typename Optimiser::State state{};
+            if constexpr (degree != 0) std::copy_n(plan.harmonics.data() + Optimiser::words * k, Optimiser::words, state.harmonics);
+            mesh_.template state<splat::map::OptimiserStates<Optimiser>>(tile).push(state);
             last_keyframe_ = std::max(last_keyframe_, static_cast<std::uint32_t>(plan.records[k].id) >> 20);
         }
     }

@@ -240,8 +240,8 @@ template <class Optimiser>
 struct InsertCells {
     static constexpr char const* name = "insert cells";
     void operator()(Here here, Broadcast<StepParameters> step, Broadcast<GrowParameters> grow, TargetPixels const& target,
-                    ShownPixels const& pixels, CutCells const& cut, Records& records, OptimiserStates<Optimiser>& states, GrowCounts& counts,
-                    GrowPassed& passed) const noexcept
+                    ShownPixels const& pixels, CutCells const& cut, Records& records, OptimiserStates<Optimiser>& states,
+                    GrowCounts& counts, GrowPassed& passed) const noexcept
     {
         counts.inserted = counts.refused = 0;
         auto const cells = TileCells::of(*step, grow->insert.cell, here.tile);
@@ -307,7 +307,7 @@ struct RemoveFaded {
 /// After the same keyframes and steps, the records have the bits of `slam::Mapper`'s, as long as no tile refused a Gaussian
 /// (`GrowCounts`) and no entry is lost (`MapCounts`).
 template <class Optimiser>
-using GrowStep = Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>, If<&GrowParameters::views, CastView>,
+using GrowStep = Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>, If<&GrowParameters::views, CastView<Optimiser>>,
                           If<&GrowParameters::inserts, Superstep<BeginCells>, Superstep<Look>, Superstep<PassCells>, UntilQuiet<PassCells>,
                              Superstep<InsertCells<Optimiser>>>,
                           If<&StepParameters::steps, WalkAndStep<Optimiser>>,

@@ -10,6 +10,7 @@
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/map/rest.hpp>
+#include <type_traits>
 
 /// A mapping step as a program on the mesh: one view moves each Gaussian that it shows.
 namespace tilemesh { inline namespace v0_2 { namespace splat::map {
@@ -70,12 +71,15 @@ struct TakeStep {
             if (totals[i].empty()) continue;
             RecordSlopes slopes;
             auto const moments = moments_of(totals[i], entries[i].splat, step->view.rules.dilation, step->loss.limit);
-            if (slopes_of(records[i], step->view, moments, slopes))
+            if (!slopes_of(records[i], step->view, moments, slopes)) continue;
+            if constexpr (degree_of<Optimiser> != 0)
+                Optimiser::step(records[i], step->view, slopes, step->rates, step->decays, states[i]);
+            else
                 Optimiser::step(records[i], slopes, step->rates, step->decays, states[i]);
         }
     }
     /// For a cost model. All workers wait for the one with the most.
-    static Operations operations(EntrySums const& totals, TreeState const& tree, Worker worker) noexcept
+    static auto operations(EntrySums const& totals, TreeState const& tree, Worker worker) noexcept
     {
         std::uint32_t most = 0;
         for (std::uint32_t w = 0; w < worker.count; ++w) {
@@ -83,9 +87,11 @@ struct TakeStep {
             for (std::uint32_t i = w; i < tree.own; i += worker.count) mine += totals[i].empty() ? 0 : 1;
             most = mine > most ? mine : most;
         }
-        Operations o;
-        o[Operation::slot] = tree.own;
-        o[Operation::chain] = times(most, worker.count);
+        using Kinds = std::conditional_t<degree_of<Optimiser> == 0, Operation, ShadedOperation>;
+        tilemesh::Operations<Kinds> o;
+        o[Kinds::slot] = tree.own;
+        o[Kinds::chain] = times(most, worker.count);
+        if constexpr (degree_of<Optimiser> != 0) o[Kinds::harmonic] = times(most, worker.count * (Optimiser::words / 3));
         return o;
     }
     struct AllWorkers {
@@ -99,7 +105,10 @@ struct TakeStep {
 };
 
 /// The splats of a view on all tiles that they touch, in the order of depth.
-using CastView = Sequence<Superstep<BeginView>, Superstep<ProjectRecords>, Superstep<Cast>, UntilQuiet<Cast>, Superstep<SortEntries>>;
+template <class Optimiser>
+using CastView =
+    Sequence<Superstep<BeginView>, Superstep<std::conditional_t<degree_of<Optimiser> == 0, ProjectRecords, ProjectShaded<Optimiser>>>,
+             Superstep<Cast>, UntilQuiet<Cast>, Superstep<SortEntries>>;
 /// The walks, the way back of the sums, and the step of each record.
 template <class Optimiser>
 using WalkAndStep = Sequence<Superstep<Walk>, Superstep<AddUp>, Superstep<Return>, UntilQuiet<Return>, Superstep<TakeStep<Optimiser>>>;
@@ -109,10 +118,10 @@ using WalkAndStep = Sequence<Superstep<Walk>, Superstep<AddUp>, Superstep<Return
 /// with two words of `StepParameters`.
 ///
 /// After the same views and steps, the records have the bits of `mapping::Refiner`, for any tile of whole blocks, any resting tiles, any
-/// channel capacity and any engine, as long as no entry is lost (`MapCounts`). Degree 0 only.
+/// channel capacity and any engine, as long as no entry is lost (`MapCounts`). For harmonics, `Optimiser` is a `Shaded`.
 template <class Optimiser>
 using MapStep = Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>,
-                         If<&StepParameters::steps, CastView, WalkAndStep<Optimiser>>>;
+                         If<&StepParameters::steps, CastView<Optimiser>, WalkAndStep<Optimiser>>>;
 
 /// The bytes of a record, and of an entry, on a tile with `walkers` workers that walk.
 template <class Optimiser>
@@ -121,8 +130,8 @@ constexpr std::uint32_t entry_bytes(std::uint32_t walkers) noexcept
 {
     return sizeof(Entry) + sizeof(SortKey) + walkers * static_cast<std::uint32_t>(sizeof(SplatSums));
 }
-/// The sizes of a program, as `MapStep`, for tiles with room for `records` records: entries get all SRAM that the other regions leave, 0 if they leave
-/// none.
+/// The sizes of a program, as `MapStep`, for tiles with room for `records` records: entries get all SRAM that the other regions leave, 0
+/// if they leave none.
 ///
 /// `cell`: the side of the cells in which the map grows (grow.hpp); it divides the width of a tile.
 template <class Optimiser, template <class> class ProgramOf = MapStep>
