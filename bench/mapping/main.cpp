@@ -31,6 +31,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/map/grow.hpp>
 #include <utility>
 #include <vector>
 
@@ -329,6 +330,11 @@ CostModel priced_mk2()
     set_price(model, "gathered", 44 * d::six_workers, source);
     set_price(model, "returned", 48 * d::one_worker, source);
     set_price(model, "moved_record", 90 * d::one_worker, source);
+    set_price(model, "cell_pixel", d::slots_of(16, 0, 24) * d::one_worker, source);
+    set_price(model, "moved_cell", 40 * d::one_worker, source);
+    set_price(model, "new_record", d::slots_of(40, 7, 120) * d::one_worker, source);
+    set_price(model, "harmonic", d::slots_of(10, 0, 9) * d::six_workers, source);
+    set_price(model, "judged", 24 * d::one_worker, source);
     set_price(model, "chain", d::slots_of(500, 20, 150) * d::six_workers, source);
     return model;
 }
@@ -343,6 +349,31 @@ void rest(Refiner& on_mesh, splat::Camera const& camera, CostModel const& model)
     for (auto const& step : on_mesh.run().steps) bytes += step.live_bytes, passes += step.passes;
     std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1)
               << " MB, " << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
+}
+
+/// Two keyframes of a map that grows from nothing, without a step: what the second one costs.
+void keyframe(std::array<splat::Camera, 2> const& cameras, std::array<mapping::Target, 2> const& targets, float depth,
+              mapping::MeshRefineOptions o, CostModel const& model)
+{
+    o.record_slots = 400;
+    mapping::MeshRefiner<splat::map::SecondMomentByKind, Mesh, Traced<AnyMachine>, splat::map::GrowStep> grown({}, cameras[0], o);
+    auto const first = grown.insert(cameras[0], targets[0], 1), second = grown.insert(cameras[1], targets[1], 2);
+    auto const cycles_of = [&](char const* part) {
+        auto const costs = step_costs(grown.mesh().trace(), model_cost(model, grown.mesh().trace(), grown.mesh().grid()));
+        auto const& steps = grown.run().steps;
+        std::uint64_t cycles = 0;
+        for (std::size_t k = 0; k < steps.size(); ++k) cycles += *part == 0 || steps[k].kernel == part ? costs[k].total() : 0;
+        return fixed(milliseconds(model, cycles), 2);
+    };
+    std::uint64_t passed = 0;
+    for (auto const& step : grown.run().steps) passed += step.kernel == "pass cells" ? step.messages : 0;
+    auto const lost = grown.lost();
+    std::cout << "(keyframes: " << thousands(first.inserted) << " and " << thousands(second.inserted) << " Gaussians, "
+              << thousands(first.refused + second.refused) << " refused, " << thousands(lost.copies + lost.records)
+              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass "
+              << cycles_of("pass cells") << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
+    grown.remove(depth);
+    std::cout << "; remove " << cycles_of("") << " ms)\n";
 }
 
 /// A step as a program on the mesh, in the view by which the records rest, and in another one. Returns 1 if a bit differs from the host's.
@@ -417,6 +448,7 @@ int mesh(std::vector<Scene> const& scenes)
                 for (auto const c : cycles) std::cout << " | " << fixed(milliseconds(model, c), 2);
                 std::cout << " | " << fixed(milliseconds(model, all), 2) << " | " << fixed(1000 / milliseconds(model, all), 0) << " |\n";
             }
+            keyframe(cameras, targets, depth, o, model);
             auto const a = on_mesh.map().gaussians, b = host.map().gaussians; // both in the order of ids
             if (!whole) {
                 std::cout << "(tiles were full: the next step of " << s.name << " has another picture than the host's)\n";

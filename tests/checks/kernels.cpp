@@ -48,6 +48,7 @@
 #include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/compare.hpp>
+#include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/loss.hpp>
 #include <tilemesh/splat/map/operations.hpp>
@@ -282,7 +283,41 @@ MAP_KERNEL(find_goals, FindGoals)
 MAP_KERNEL(start_rest, StartRest)
 MAP_KERNEL(offer_room, OfferRoom<splat::map::SecondMomentByKind>)
 MAP_KERNEL(move_records, MoveRecords<splat::map::SecondMomentByKind>)
-// What a program that grows the map is made of: the cell of a keyframe, and what goes.
+// The program that grows the map.
+namespace {
+struct Growing {
+    using Machine = Mk2;
+    static constexpr splat::map::MapSizes sizes =
+        splat::map::sizes_on<splat::map::SecondMomentByKind, splat::map::GrowStep>(size_of_machine<Mk2>(), {32, 20}, 300, 100, 2);
+};
+} // namespace
+#define GROW_KERNEL(kernel, Kernel)                                                                                               \
+    extern "C" std::uint32_t growing_##kernel(Sram const& s) noexcept                                                             \
+    {                                                                                                                             \
+        return run<splat::map::GrowStep<splat::map::SecondMomentByKind>, Growing, splat::map::Kernel>(s);                         \
+    }
+GROW_KERNEL(begin_cells, BeginCells)
+GROW_KERNEL(look, Look)
+GROW_KERNEL(pass_cells, PassCells)
+GROW_KERNEL(insert_cells, InsertCells<splat::map::SecondMomentByKind>)
+GROW_KERNEL(remove_faded, RemoveFaded<splat::map::SecondMomentByKind>)
+// With harmonics.
+namespace {
+using ShadedOptimiser = splat::map::Shaded<splat::map::SecondMomentByKind, 3>;
+struct ShadedMapping {
+    using Machine = Mk2;
+    static constexpr splat::map::MapSizes sizes = splat::map::sizes_on<ShadedOptimiser>(size_of_machine<Mk2>(), {32, 20}, 300, 100);
+};
+} // namespace
+extern "C" std::uint32_t shaded_project_records(Sram const& s) noexcept
+{
+    return run<splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::ProjectShaded<ShadedOptimiser>>(s);
+}
+extern "C" std::uint32_t shaded_take_step(Sram const& s) noexcept
+{
+    return run<splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::TakeStep<ShadedOptimiser>>(s);
+}
+// What these are made of: the cell of a keyframe, and what goes.
 extern "C" bool map_insert(splat::map::CellSums& sums, splat::TargetPixel const& target, splat::map::ShownPixel const& shown, splat::Camera const& camera,
                            splat::map::CellGrid const& grid, std::uint32_t cell, splat::Gaussian& to) noexcept
 {

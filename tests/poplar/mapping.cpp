@@ -2,22 +2,28 @@
 #include "../mapping/support.hpp"
 #include "on_poplar.hpp"
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <standin_vertex.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/poplar/codelet.hpp>
+#include <tilemesh/splat/map/grow.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/program.hpp>
 #include <vector>
 
 // A mapping step as codelets on a graph, on the stand-in for Poplar: the map, the losses, the counters and the words of all tiles are those
-// of the thread engine.
+// of the thread engine. So are those of a map that grows.
 using namespace tilemesh;
 namespace map = splat::map;
 using poplar_test::executions;
 
 using Optimiser = map::SecondMomentByKind;
 using Mapping = map::MapStep<Optimiser>;
+using Growing = map::GrowStep<Optimiser>;
+using ShadedOptimiser = map::Shaded<Optimiser, 2>;
+using Shading = map::MapStep<ShadedOptimiser>;
 
 TILEMESH_VERTEX(map_begin_rest, Mk2, Mapping, map::BeginRest)
 TILEMESH_MULTI_VERTEX(map_find_goals, Mk2, Mapping, map::FindGoals)
@@ -33,6 +39,38 @@ TILEMESH_MULTI_VERTEX(map_add_up, Mk2, Mapping, map::AddUp)
 TILEMESH_VERTEX(map_return, Mk2, Mapping, map::Return)
 TILEMESH_MULTI_VERTEX(map_take_step, Mk2, Mapping, map::TakeStep<Optimiser>)
 
+TILEMESH_VERTEX(grow_begin_rest, Mk2, Growing, map::BeginRest)
+TILEMESH_MULTI_VERTEX(grow_find_goals, Mk2, Growing, map::FindGoals)
+TILEMESH_VERTEX(grow_start_rest, Mk2, Growing, map::StartRest)
+TILEMESH_VERTEX(grow_offer_room, Mk2, Growing, map::OfferRoom<Optimiser>)
+TILEMESH_VERTEX(grow_move_records, Mk2, Growing, map::MoveRecords<Optimiser>)
+TILEMESH_VERTEX(grow_begin_view, Mk2, Growing, map::BeginView)
+TILEMESH_MULTI_VERTEX(grow_project_records, Mk2, Growing, map::ProjectRecords)
+TILEMESH_VERTEX(grow_cast, Mk2, Growing, map::Cast)
+TILEMESH_VERTEX(grow_sort_entries, Mk2, Growing, map::SortEntries)
+TILEMESH_MULTI_VERTEX(grow_walk, Mk2, Growing, map::Walk)
+TILEMESH_MULTI_VERTEX(grow_add_up, Mk2, Growing, map::AddUp)
+TILEMESH_VERTEX(grow_return, Mk2, Growing, map::Return)
+TILEMESH_MULTI_VERTEX(grow_take_step, Mk2, Growing, map::TakeStep<Optimiser>)
+TILEMESH_VERTEX(grow_begin_cells, Mk2, Growing, map::BeginCells)
+TILEMESH_MULTI_VERTEX(grow_look, Mk2, Growing, map::Look)
+TILEMESH_VERTEX(grow_pass_cells, Mk2, Growing, map::PassCells)
+TILEMESH_VERTEX(grow_insert_cells, Mk2, Growing, map::InsertCells<Optimiser>)
+TILEMESH_VERTEX(grow_remove_faded, Mk2, Growing, map::RemoveFaded<Optimiser>)
+TILEMESH_VERTEX(shade_begin_rest, Mk2, Shading, map::BeginRest)
+TILEMESH_MULTI_VERTEX(shade_find_goals, Mk2, Shading, map::FindGoals)
+TILEMESH_VERTEX(shade_start_rest, Mk2, Shading, map::StartRest)
+TILEMESH_VERTEX(shade_offer_room, Mk2, Shading, map::OfferRoom<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_move_records, Mk2, Shading, map::MoveRecords<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_begin_view, Mk2, Shading, map::BeginView)
+TILEMESH_MULTI_VERTEX(shade_project_records, Mk2, Shading, map::ProjectShaded<ShadedOptimiser>)
+TILEMESH_VERTEX(shade_cast, Mk2, Shading, map::Cast)
+TILEMESH_VERTEX(shade_sort_entries, Mk2, Shading, map::SortEntries)
+TILEMESH_MULTI_VERTEX(shade_walk, Mk2, Shading, map::Walk)
+TILEMESH_MULTI_VERTEX(shade_add_up, Mk2, Shading, map::AddUp)
+TILEMESH_VERTEX(shade_return, Mk2, Shading, map::Return)
+TILEMESH_MULTI_VERTEX(shade_take_step, Mk2, Shading, map::TakeStep<ShadedOptimiser>)
+
 #define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
 ENTER(map_begin_rest);
 ENTER(map_find_goals);
@@ -47,6 +85,37 @@ ENTER(map_walk);
 ENTER(map_add_up);
 ENTER(map_return);
 ENTER(map_take_step);
+ENTER(grow_begin_rest);
+ENTER(grow_find_goals);
+ENTER(grow_start_rest);
+ENTER(grow_offer_room);
+ENTER(grow_move_records);
+ENTER(grow_begin_view);
+ENTER(grow_project_records);
+ENTER(grow_cast);
+ENTER(grow_sort_entries);
+ENTER(grow_walk);
+ENTER(grow_add_up);
+ENTER(grow_return);
+ENTER(grow_take_step);
+ENTER(grow_begin_cells);
+ENTER(grow_look);
+ENTER(grow_pass_cells);
+ENTER(grow_insert_cells);
+ENTER(grow_remove_faded);
+ENTER(shade_begin_rest);
+ENTER(shade_find_goals);
+ENTER(shade_start_rest);
+ENTER(shade_offer_room);
+ENTER(shade_move_records);
+ENTER(shade_begin_view);
+ENTER(shade_project_records);
+ENTER(shade_cast);
+ENTER(shade_sort_entries);
+ENTER(shade_walk);
+ENTER(shade_add_up);
+ENTER(shade_return);
+ENTER(shade_take_step);
 
 TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the thread engine, in every order of workers")
 {
@@ -79,5 +148,89 @@ TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the
         REQUIRE(b.size() == a.size());
         CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
         CHECK(threads.lost().copies == 0);
+    }
+}
+
+TEST_CASE("poplar: a map that grows has the map, counters and words of the thread engine, in every order of workers")
+{
+    standin::With const restore(standin::settings());
+    auto gaussians = support::cloud(40, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -4.0f);
+    auto const truth = support::map_of(std::move(gaussians));
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        mapping::MeshRefineOptions o;
+        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
+        o.channel_slots = 2;
+        o.record_slots = 8; // too few for some tiles
+        o.remove.least_opacity = 0.72f;
+        o.insert.cell = 2; // the border of the rows of tiles cuts cells
+        mapping::MeshRefiner<Optimiser, Mesh, Mk2, map::GrowStep> threads(support::map_of({}), views.cameras[0], o);
+        mapping::MeshRefiner<Optimiser, PoplarMesh, Mk2, map::GrowStep> graph(support::map_of({}), views.cameras[0], o,
+                                                                             poplar_test::options("grow"));
+        auto const check = [&] {
+            engine_test::check_same(threads.run(), graph.run());
+            poplar_test::check_same_words(threads.mesh(), graph.mesh());
+        };
+        std::size_t inserted = 0, refused = 0, removed = 0;
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            auto const expected = threads.insert(views.cameras[i], views.targets[i], i + 1);
+            auto const grown = graph.insert(views.cameras[i], views.targets[i], i + 1);
+            CHECK(grown.inserted == expected.inserted);
+            CHECK(grown.refused == expected.refused);
+            inserted += grown.inserted, refused += grown.refused;
+            check();
+            threads.step(views.cameras[i], views.targets[i], map::usual_rates(2));
+            graph.step(views.cameras[i], views.targets[i], map::usual_rates(2));
+            check();
+            auto const gone = graph.remove(2);
+            CHECK(gone == threads.remove(2));
+            removed += gone;
+            check();
+        }
+        CHECK(inserted > 20);
+        CHECK(refused > 0);
+        CHECK(removed > 0);
+        auto const a = threads.map().gaussians, b = graph.map().gaussians;
+        REQUIRE(b.size() == inserted - removed);
+        REQUIRE(b.size() == a.size());
+        CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+    }
+}
+
+TEST_CASE("poplar: a mapping step with harmonics has the map and words of the thread engine")
+{
+    standin::With const restore(standin::settings());
+    auto gaussians = support::cloud(30, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -4.0f);
+    auto truth = support::map_of(std::move(gaussians));
+    truth.sh_degree = 2;
+    support::Random random(7);
+    truth.harmonics.resize(truth.gaussians.size() * ShadedOptimiser::words);
+    for (float& v : truth.harmonics) v = random.uniform(-0.3f, 0.3f);
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
+    auto const start = support::mapping::spoilt(truth, 2, 5);
+    for (auto const& e : executions) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        mapping::MeshRefineOptions o;
+        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
+        o.channel_slots = 2;
+        mapping::MeshRefiner<ShadedOptimiser, Mesh, Mk2> threads(start, views.cameras[0], o);
+        mapping::MeshRefiner<ShadedOptimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], o, poplar_test::options("shade"));
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            if (i == 1) threads.rest(views.cameras[1]), graph.rest(views.cameras[1]);
+            auto const expected = threads.step(views.cameras[i], views.targets[i], map::usual_rates(2));
+            CHECK(graph.step(views.cameras[i], views.targets[i], map::usual_rates(2)).loss == expected.loss);
+            engine_test::check_same(threads.run(), graph.run());
+            poplar_test::check_same_words(threads.mesh(), graph.mesh());
+        }
+        auto const harmonics = graph.map().harmonics;
+        CHECK(harmonics == threads.map().harmonics);
+        CHECK(harmonics != start.harmonics);
     }
 }

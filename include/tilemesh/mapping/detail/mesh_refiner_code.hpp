@@ -2,13 +2,16 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/project_all.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace mapping::detail {
@@ -62,18 +65,59 @@ inline void expect_room(MachineSize const& machine, std::size_t records, Resting
                 " are left); take smaller tiles, fewer slots of channels or a smaller map");
 }
 
-inline std::vector<splat::Gaussian> records_by_id(scene::Map const& map)
+inline void expect_growable(MeshRefineOptions const& options)
 {
-    if (map.sh_degree != 0)
+    auto const cell = options.insert.cell;
+    auto const& tile = options.refine.view.tile;
+    if (cell == 0 || tile.tile_width % cell != 0)
+        throw Error("a map cannot grow in cells of " + std::to_string(cell) + " pixels on tiles of " +
+                    by(tile.tile_width, tile.tile_height) +
+                    " (a tile adds up whole columns of cells); take cells whose side divides the width of a tile");
+    if (options.record_slots == 0)
+        throw Error("a map cannot grow on tiles without a free slot (record_slots is 0); give the records that a tile may hold");
+}
+
+inline void expect_keyframe(splat::Camera const& camera, std::uint32_t cell, std::uint32_t keyframe, std::uint32_t last)
+{
+    auto const grid = splat::map::CellGrid::of(camera.width, camera.height, cell);
+    if (std::uint64_t{grid.columns} * grid.rows > splat::map::most_cells)
+        throw Error("a keyframe of " + by(camera.width, camera.height) + " pixels has too many cells (at most " +
+                    std::to_string(splat::map::most_cells) + " have ids); take smaller pictures or larger cells");
+    if (keyframe <= last || keyframe > splat::map::most_keyframes)
+        throw Error("a keyframe cannot have the number " + std::to_string(keyframe) + " (the map has ids of keyframe " +
+                    std::to_string(last) + ", and the last number is " + std::to_string(splat::map::most_keyframes) +
+                    "); number keyframes from 1 on, each above the one before");
+}
+
+inline std::vector<std::uint32_t> rows_by_id(scene::Map const& map, std::uint32_t degree)
+{
+    if (map.sh_degree != degree)
         throw Error("a map with harmonics of degree " + std::to_string(map.sh_degree) +
-                    " cannot be refined on a mesh (its records have degree 0); take mapping::Refiner");
-    auto out = map.gaussians;
-    std::sort(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.id < b.id; });
-    auto const twice = std::adjacent_find(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.id == b.id; });
-    if (twice != out.end())
-        throw Error("two Gaussians of the map have the id " + std::to_string(static_cast<std::uint32_t>(twice->id)) +
+                    " cannot be refined on a mesh with states of degree " + std::to_string(degree) +
+                    " (the optimiser's states hold the harmonics); take splat::map::Shaded of the map's degree, or mapping::Refiner");
+    std::vector<std::uint32_t> rows(map.gaussians.size());
+    std::iota(rows.begin(), rows.end(), 0u);
+    auto const id = [&](std::uint32_t row) { return map.gaussians[row].id; };
+    std::sort(rows.begin(), rows.end(), [&](auto a, auto b) { return id(a) < id(b); });
+    auto const twice = std::adjacent_find(rows.begin(), rows.end(), [&](auto a, auto b) { return id(a) == id(b); });
+    if (twice != rows.end())
+        throw Error("two Gaussians of the map have the id " + std::to_string(static_cast<std::uint32_t>(id(*twice))) +
                     " (ids decide the order of equal depths); give each its own");
-    return out;
+    return rows;
+}
+
+inline void put_in_order(scene::Map& map, std::vector<std::uint32_t> const& rows)
+{
+    std::size_t const words = map.gaussians.empty() ? 0 : map.harmonics.size() / map.gaussians.size();
+    std::vector<splat::Gaussian> gaussians;
+    std::vector<float> harmonics;
+    gaussians.reserve(rows.size()), harmonics.reserve(map.harmonics.size());
+    for (auto const row : rows) {
+        gaussians.push_back(map.gaussians[row]);
+        auto const from = map.harmonics.begin() + static_cast<std::ptrdiff_t>(words * row);
+        harmonics.insert(harmonics.end(), from, from + static_cast<std::ptrdiff_t>(words));
+    }
+    map.gaussians = std::move(gaussians), map.harmonics = std::move(harmonics);
 }
 
 }}} // namespace tilemesh::mapping::detail

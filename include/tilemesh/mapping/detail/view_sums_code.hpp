@@ -10,6 +10,7 @@
 #include <tilemesh/mapping/detail/parallel.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/map/insert.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace mapping {
 
@@ -129,11 +130,10 @@ inline void ViewSums::show(splat::map::BlendedBlock const& block, float const (&
 {
     for (std::uint32_t y = block.live.y0; y < block.live.y1; ++y)
         for (std::uint32_t x = block.live.x0; x < block.live.x1; ++x) {
-            auto const p = splat::map::pixel_of(block, x, y);
-            for (int c = 0; c < 3; ++c) to.colour.pixel(x, y)[c] = multiply_add(p.transmittance, background[c], p.rgb[c]);
-            float const covered = 1.0f - p.transmittance;
-            to.cover.at(x, y) = covered;
-            to.depth.at(x, y) = covered > splat::map::least_covered ? p.depth / covered : 0.0f;
+            auto const p = splat::map::shown(splat::map::pixel_of(block, x, y), background);
+            std::copy_n(p.rgb, 3, to.colour.pixel(x, y));
+            to.depth.at(x, y) = p.depth;
+            to.cover.at(x, y) = p.cover;
         }
 }
 

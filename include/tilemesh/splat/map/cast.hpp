@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/kernel.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/map/operations.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
@@ -65,11 +66,55 @@ struct ProjectRecords {
     };
     using AllWorkers = OnOneThread<void>;
 
-private:
     static void set(Entry& e, Splat const& s, GaussianId id, StepParameters const& step, TileId here) noexcept
     {
         std::uint32_t const sides = s.visible() ? child_sides_of(s.rect(), step.tiling, here, at_root) : 0;
         e = {s, id, 0, sides | sides << 4};
+    }
+};
+/// `ProjectRecords` for records with harmonics: a splat has the colour that the camera sees from its position.
+template <class Optimiser>
+struct ProjectShaded {
+    static constexpr char const* name = ProjectRecords::name;
+    void operator()(Here here, Broadcast<StepParameters> step, Records const& records, OptimiserStates<Optimiser> const& states,
+                    Entries& entries, Worker worker) const noexcept
+    {
+        for (std::uint32_t i = worker.index; i < entries.size(); i += worker.count)
+            set(entries[i], project(records[i], step->view, step->tiling), records[i], states[i], *step, here.tile);
+    }
+    /// For a cost model, as `ProjectRecords`. A splat that nothing shows is not shaded.
+    static ShadedOperations operations(Entries const& entries, Worker worker) noexcept
+    {
+        std::uint32_t shaded = 0;
+        for (std::uint32_t w = 0; w < worker.count; ++w) {
+            std::uint32_t mine = 0;
+            for (std::uint32_t i = w; i < entries.size(); i += worker.count) mine += entries[i].splat.visible() ? 1 : 0;
+            shaded = mine > shaded ? mine : shaded;
+        }
+        ShadedOperations o;
+        o[ShadedOperation::projection] = (entries.size() + worker.count - 1) / worker.count;
+        o[ShadedOperation::harmonic] = times(shaded, worker.count * (Optimiser::words / 3));
+        return o;
+    }
+    /// A template, as `ProjectRecords::OnOneThread` is.
+    template <class>
+    struct OnOneThread {
+        static constexpr char const* name = ProjectShaded::name;
+        void operator()(Here here, Broadcast<StepParameters> step, Records const& records, OptimiserStates<Optimiser> const& states,
+                        Entries& entries, Worker) const noexcept
+        {
+            project_each(records, entries.size(), *step,
+                         [&](std::uint32_t i, Splat const& s) { set(entries[i], s, records[i], states[i], *step, here.tile); });
+        }
+    };
+    using AllWorkers = OnOneThread<void>;
+
+private:
+    static void set(Entry& e, Splat s, Gaussian const& g, typename Optimiser::State const& state, StepParameters const& step,
+                    TileId here) noexcept
+    {
+        if (s.visible() && !shade<Optimiser::degree>(g, state.harmonics, step.view, s)) s = {};
+        ProjectRecords::set(e, s, g.id, step, here);
     }
 };
 

@@ -52,24 +52,18 @@ struct Walk {
     void operator()(Here here, Broadcast<StepParameters> step, Entries const& entries, EntryKeys const& keys, TargetPixels const& target,
                     EntrySums& totals, BlockLosses& losses, WalkWork& work, WalkSpaces& spaces, Worker worker) const noexcept
     {
-        using Memory = WalkSpace::Memory;
         if (worker.index >= step->walkers) {
             work.blended[worker.index] = 0;
             return;
         }
-        using Address = decltype(sizeof 0); // as wide as a pointer: 32 bits on a tile
-        auto const at = reinterpret_cast<Address>(&spaces[worker.index]);
-        auto const aligned = (at + alignof(Memory) - 1) / alignof(Memory) * alignof(Memory);
-        share<splat::detail::native_lanes>(*reinterpret_cast<Memory*>(aligned), here, *step, entries, keys, target, totals, losses, work,
+        share<splat::detail::native_lanes>(spaces[worker.index].memory(), here, *step, entries, keys, target, totals, losses, work,
                                            worker.index);
     }
     /// For a cost model. All workers wait for the one with the most.
     static Operations operations(Broadcast<StepParameters> step, Entries const& entries, TargetPixels const& target, WalkWork const& work,
                                  Worker worker) noexcept
     {
-        std::uint32_t most = 0;
-        for (std::uint32_t w = 0; w < step->walkers; ++w) most = work.blended[w] > most ? work.blended[w] : most;
-        std::uint32_t const pairs = times(most, worker.count * block_width * block_height);
+        std::uint32_t const pairs = times(work.most(step->walkers), worker.count * block_width * block_height);
         Operations o;
         o[Operation::map_pair] = pairs;
         o[Operation::walked_pair] = pairs;

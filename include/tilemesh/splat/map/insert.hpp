@@ -4,10 +4,12 @@
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>
+#include <tilemesh/splat/map/loss.hpp>
+#include <tilemesh/splat/policies.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
 
 /// How a map grows: which cells of a keyframe get a Gaussian, and which Gaussians go. No rule looks at another cell or another Gaussian, so
-/// the result depends on no tiling.
+/// the result depends on no tiling. grow.hpp has the same as kernels of a mesh.
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat::map {
 
@@ -26,12 +28,19 @@ struct RemoveRules {
     float most_scale = 0.3f;      ///< an axis has a standard deviation above this, in units of the scene's depth
 };
 
-/// What the map shows in a pixel, without background: the sum of w c, the depth (0 if at most half is covered), and the share that is
-/// covered.
+/// What the map shows in a pixel: the colour on the background, the depth (0 if at most half is covered), and the share that is covered.
 struct ShownPixel {
     float rgb[3];
     float depth, cover;
 };
+inline ShownPixel shown(Blended const& p, float const (&background)[3]) noexcept
+{
+    ShownPixel s;
+    for (std::uint32_t c = 0; c < 3; ++c) s.rgb[c] = multiply_add(p.transmittance, background[c], p.rgb[c]);
+    s.cover = 1.0f - p.transmittance;
+    s.depth = s.cover > least_covered ? p.depth / s.cover : 0.0f;
+    return s;
+}
 
 /// The pixels of one cell, added up. A pixel with a colour that is not finite does not count; a depth that is not positive and finite is
 /// not known.

@@ -21,4 +21,14 @@ struct Operation {
 };
 using Operations = tilemesh::Operations<Operation>;
 
+/// The operations of records with harmonics.
+struct ShadedOperation {
+    enum Kind : std::uint32_t {
+        slot, projection, chain, ///< as in `Operation` and `splat::Operation`
+        harmonic                 ///< a function of the direction, for three channels: in a colour, or in a step; on all workers
+    };
+    static constexpr char const* names[] = {"slot", "projection", "chain", "harmonic"};
+};
+using ShadedOperations = tilemesh::Operations<ShadedOperation>;
+
 }}} // namespace tilemesh::splat::map

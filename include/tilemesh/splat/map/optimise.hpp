@@ -154,6 +154,30 @@ struct HarmonicsStep {
             for (std::uint32_t c = 0; c < 3; ++c) harmonics[3 * k + c] = multiply_add(by * basis[k], colour[c], harmonics[3 * k + c]);
     }
 };
+/// An optimiser for maps with harmonics of degree 1 to 3, on a mesh: its state also holds the record's harmonics and their own state. So
+/// they rest, move and go with the record, and a machine of degree 0 pays nothing. `Base`: `Adam` or `SecondMomentByKind`.
+template <class Base, std::uint32_t Degree>
+struct Shaded {
+    static_assert(Degree >= 1 && Degree <= 3, "harmonics have degree 1 to 3 (a map of degree 0 has none); take the optimiser itself");
+    static constexpr char const* name = Base::name;
+    static constexpr std::uint32_t degree = Degree, words = 3 * harmonics_per_channel(Degree);
+    struct State {
+        typename Base::State record;
+        HarmonicsStep::State shading;
+        float harmonics[words]; ///< as in ShadedGaussian<Degree>
+    };
+    static void step(Gaussian& g, View const& view, RecordSlopes const& slopes, Rates const& rates, Decays const& d, State& s) noexcept
+    {
+        HarmonicsStep::step<Degree>(s.harmonics, g, view, slopes, rates.harmonics, d, s.shading);
+        Base::step(g, slopes, rates, d, s.record, false);
+    }
+};
+/// The degree of the harmonics that an optimiser's states hold.
+template <class Optimiser>
+inline constexpr std::uint32_t degree_of = 0;
+template <class Base, std::uint32_t Degree>
+inline constexpr std::uint32_t degree_of<Shaded<Base, Degree>> = Degree;
+
 static_assert(sizeof(Adam::State) == 4 * 29 && sizeof(SecondMomentByKind::State) == 4 * 6, "the words that an anchored Gaussian keeps");
 
 }}} // namespace tilemesh::splat::map

@@ -10,6 +10,7 @@
 #include <tilemesh/splat/map/optimise.hpp>
 #include <tilemesh/splat/map/regions.hpp>
 #include <tilemesh/splat/map/rest.hpp>
+#include <type_traits>
 
 /// A mapping step as a program on the mesh: one view moves each Gaussian that it shows.
 namespace tilemesh { inline namespace v0_2 { namespace splat::map {
@@ -70,12 +71,15 @@ struct TakeStep {
             if (totals[i].empty()) continue;
             RecordSlopes slopes;
             auto const moments = moments_of(totals[i], entries[i].splat, step->view.rules.dilation, step->loss.limit);
-            if (slopes_of(records[i], step->view, moments, slopes))
+            if (!slopes_of(records[i], step->view, moments, slopes)) continue;
+            if constexpr (degree_of<Optimiser> != 0)
+                Optimiser::step(records[i], step->view, slopes, step->rates, step->decays, states[i]);
+            else
                 Optimiser::step(records[i], slopes, step->rates, step->decays, states[i]);
         }
     }
     /// For a cost model. All workers wait for the one with the most.
-    static Operations operations(EntrySums const& totals, TreeState const& tree, Worker worker) noexcept
+    static auto operations(EntrySums const& totals, TreeState const& tree, Worker worker) noexcept
     {
         std::uint32_t most = 0;
         for (std::uint32_t w = 0; w < worker.count; ++w) {
@@ -83,9 +87,11 @@ struct TakeStep {
             for (std::uint32_t i = w; i < tree.own; i += worker.count) mine += totals[i].empty() ? 0 : 1;
             most = mine > most ? mine : most;
         }
-        Operations o;
-        o[Operation::slot] = tree.own;
-        o[Operation::chain] = times(most, worker.count);
+        using Kinds = std::conditional_t<degree_of<Optimiser> == 0, Operation, ShadedOperation>;
+        tilemesh::Operations<Kinds> o;
+        o[Kinds::slot] = tree.own;
+        o[Kinds::chain] = times(most, worker.count);
+        if constexpr (degree_of<Optimiser> != 0) o[Kinds::harmonic] = times(most, worker.count * (Optimiser::words / 3));
         return o;
     }
     struct AllWorkers {
@@ -98,18 +104,24 @@ struct TakeStep {
     };
 };
 
+/// The splats of a view on all tiles that they touch, in the order of depth.
+template <class Optimiser>
+using CastView =
+    Sequence<Superstep<BeginView>, Superstep<std::conditional_t<degree_of<Optimiser> == 0, ProjectRecords, ProjectShaded<Optimiser>>>,
+             Superstep<Cast>, UntilQuiet<Cast>, Superstep<SortEntries>>;
+/// The walks, the way back of the sums, and the step of each record.
+template <class Optimiser>
+using WalkAndStep = Sequence<Superstep<Walk>, Superstep<AddUp>, Superstep<Return>, UntilQuiet<Return>, Superstep<TakeStep<Optimiser>>>;
+
 /// One step of a map by one view. Records rest on any tiles, whatever the view. Each step casts new copies, because each step moves the
 /// records. Before the step, or without one, the records may move to the tiles of their means in the view (`RestRecords`): the host says so
 /// with two words of `StepParameters`.
 ///
 /// After the same views and steps, the records have the bits of `mapping::Refiner`, for any tile of whole blocks, any resting tiles, any
-/// channel capacity and any engine, as long as no entry is lost (`MapCounts`). Degree 0 only.
+/// channel capacity and any engine, as long as no entry is lost (`MapCounts`). For harmonics, `Optimiser` is a `Shaded`.
 template <class Optimiser>
-using MapStep =
-    Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>,
-             If<&StepParameters::steps, Superstep<BeginView>, Superstep<ProjectRecords>, Superstep<Cast>, UntilQuiet<Cast>,
-                Superstep<SortEntries>, Superstep<Walk>, Superstep<AddUp>, Superstep<Return>, UntilQuiet<Return>,
-                Superstep<TakeStep<Optimiser>>>>;
+using MapStep = Sequence<If<&StepParameters::rests, RestRecords<Optimiser>>,
+                         If<&StepParameters::steps, CastView<Optimiser>, WalkAndStep<Optimiser>>>;
 
 /// The bytes of a record, and of an entry, on a tile with `walkers` workers that walk.
 template <class Optimiser>
@@ -118,10 +130,13 @@ constexpr std::uint32_t entry_bytes(std::uint32_t walkers) noexcept
 {
     return sizeof(Entry) + sizeof(SortKey) + walkers * static_cast<std::uint32_t>(sizeof(SplatSums));
 }
-/// The sizes of `MapStep` for tiles with room for `records` records: entries get all SRAM that the other regions leave, 0 if they leave
-/// none.
-template <class Optimiser>
-constexpr MapSizes sizes_on(MachineSize const& machine, TileSize const& tile, std::uint32_t records, std::uint32_t channel_slots) noexcept
+/// The sizes of a program, as `MapStep`, for tiles with room for `records` records: entries get all SRAM that the other regions leave, 0
+/// if they leave none.
+///
+/// `cell`: the side of the cells in which the map grows (grow.hpp); it divides the width of a tile.
+template <class Optimiser, template <class> class ProgramOf = MapStep>
+constexpr MapSizes sizes_on(MachineSize const& machine, TileSize const& tile, std::uint32_t records, std::uint32_t channel_slots,
+                            std::uint32_t cell = 0) noexcept
 {
     MapSizes sizes;
     sizes.records = records;
@@ -131,7 +146,9 @@ constexpr MapSizes sizes_on(MachineSize const& machine, TileSize const& tile, st
     sizes.tile_pixels = tile.tile_width * tile.tile_height;
     sizes.tile_blocks = blocks_of(tile);
     sizes.walkers = walkers_of(tile, machine.workers);
-    auto const used = SramLedger<MapStep<Optimiser>>::bytes(machine, sizes);
+    if (cell != 0) sizes.cells = tile.tile_width / cell;
+    sizes.cell_slots = sizes.cells < channel_slots ? sizes.cells : channel_slots;
+    auto const used = SramLedger<ProgramOf<Optimiser>>::bytes(machine, sizes);
     auto const left = used < machine.sram_bytes ? machine.sram_bytes - used : 0;
     sizes.entries = static_cast<std::uint32_t>(left / entry_bytes(sizes.walkers));
     sizes.sums = sizes.entries * sizes.walkers;

@@ -28,6 +28,8 @@ struct MapSizes {
     std::uint32_t tile_pixels = 0; ///< pixels of the target
     std::uint32_t tile_blocks = 0;
     std::uint32_t walkers = 0;     ///< workers that walk (`walkers_of`)
+    std::uint32_t cells = 0;       ///< cells across a tile, where the map grows
+    std::uint32_t cell_slots = 0;  ///< sums of cells in one channel end
 };
 
 /// What the host tells every tile: one view, what to do with it, and how to step.
@@ -122,6 +124,13 @@ struct BlockLosses : Buffer<BlockLoss> {
 struct WalkSpace {
     using Memory = WalkMemory<1, 16>;
     std::uint32_t word[(sizeof(Memory) + (alignof(Memory) > 4 ? alignof(Memory) : 0)) / 4];
+
+    Memory& memory() noexcept
+    {
+        using Address = decltype(sizeof 0); // as wide as a pointer: 32 bits on a tile
+        auto const at = reinterpret_cast<Address>(this), aligned = (at + alignof(Memory) - 1) / alignof(Memory) * alignof(Memory);
+        return *reinterpret_cast<Memory*>(aligned);
+    }
 };
 struct WalkSpaces : Buffer<WalkSpace> {
     static constexpr char const* name = "walk workspaces";
@@ -148,6 +157,14 @@ struct MapCounts {
 struct WalkWork {
     static constexpr char const* name = "block counters";
     std::uint32_t blended[most_walkers];
+
+    /// Of the worker with the most.
+    std::uint32_t most(std::uint32_t walkers) const noexcept
+    {
+        std::uint32_t most = 0;
+        for (std::uint32_t w = 0; w < walkers; ++w) most = blended[w] > most ? blended[w] : most;
+        return most;
+    }
 };
 /// What a pass of casting or returning did.
 struct Passed {
