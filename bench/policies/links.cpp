@@ -267,7 +267,8 @@ std::string findings(std::vector<LinkRow> const& rows)
         for (auto const& r : rows) {
             if (r.links == Links::mesh || r.map != mesh.map || r.view != mesh.view) continue;
             text += std::exchange(before, ";\n  ") + std::string(name_of(r.links)) + " takes " + thousands(r.exchanges) +
-                    " exchanges for " + thousands(mesh.exchanges) + ", a frame " + fixed(r.frame_milliseconds / mesh.frame_milliseconds, 3) + " of the time" +
+                    " exchanges for " + thousands(mesh.exchanges) + ", a frame " +
+                    fixed(r.frame_milliseconds / mesh.frame_milliseconds, 3) + " of the time" +
                     (r.lossy || mesh.lossy ? " (lossy)" : "");
         }
         text += ".\n";
