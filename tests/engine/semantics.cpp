@@ -395,7 +395,49 @@ void check_workers()
     CHECK(p.step(1).tile_runs == 6); // one tile run per tile, for any number of workers
 }
 
+// The guide's example: each worker writes a word of its own, and a kernel without Worker adds them up.
+struct Stock : Buffer<std::uint32_t, 1000> {};
+struct Sums { std::uint32_t of[6]; }; // of[worker]: at least as many as the machine has workers
+struct AddUp {
+    void operator()(Worker worker, Stock const& stock, Sums& sums) const noexcept
+    {
+        sums.of[worker.index] = 0;
+        for (auto i = worker.index; i < stock.size(); i += worker.count) sums.of[worker.index] += stock[i];
+    }
+};
+struct Sum {
+    std::uint32_t value;
+};
+struct Stocked {
+    void operator()(Stock& stock, Here here) const noexcept
+    {
+        for (std::uint32_t i = 0; i < 100 + here.tile.x(); ++i) stock.push(i);
+    }
+};
+struct AddSums {
+    void operator()(Sums const& sums, Sum& sum) const noexcept
+    {
+        for (std::uint32_t const one : sums.of) sum.value += one;
+    }
+};
+template <class Machine>
+void check_sums()
+{
+    auto const p = everywhere<Sequence<Superstep<Stocked>, Superstep<AddUp>, Superstep<AddSums>>, Machine>({3, 2}, seed_none);
+    for (std::uint32_t t = 0; t < 6; ++t) {
+        auto const tile = p.mesh->grid().tile(t);
+        std::uint32_t const n = 100 + tile.x();
+        CHECK(p.mesh->template state<Sum>(tile).value == n * (n - 1) / 2);
+    }
+}
+
 } // namespace
+
+TEST_CASE("all workers of a tile add up a list: a word a worker, and a kernel that adds the words")
+{
+    check_sums<Mk2>();
+    check_sums<TwoWorkers>();
+}
 
 TEST_CASE("a kernel that takes Worker runs all shares of the machine's workers")
 {

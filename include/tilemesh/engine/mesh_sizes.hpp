@@ -113,7 +113,7 @@ void require_least_slots([[maybe_unused]] Sizes const& sizes, machine::Types<X..
 template <class Program, class Machine, class Setup = NoSetup>
 constexpr MeshSizes<Program> mesh_sizes() noexcept
 {
-    static_assert(Tile<Machine, Program, Setup>::bytes <= Machine::sram_bytes);
+    static_cast<void>(Tile<Machine, Program, Setup>::bytes); // Tile refuses what does not fit, with a sentence
     static_assert(engine::has_words_for_workers(size_of_machine<Machine>(), StepsOf<Program>{}),
                   "a machine with more workers than a kernel of this program has words for, or with none (the kernel's most_workers says how "
                   "many); choose another machine, or give the kernel more words");
