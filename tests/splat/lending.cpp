@@ -258,7 +258,7 @@ TEST_CASE("lending: the ledger has its channels and states, and a setup without 
     constexpr auto machine = size_of_machine<Mk2>();
     constexpr auto sizes = LosslessLending::sizes;
     constexpr auto without = SramLedger<Plain>::bytes(machine, sizes), with = SramLedger<Frame<LosslessLending>>::bytes(machine, sizes);
-    CHECK(with - without == 8 * (8 + 56 * 32) + 8 * (8 + 12 * 64) + 12 * 160 + 316);
+    CHECK(with - without == 8 * (8 + 56 * 32) + 8 * (8 + 12 * 64) + 12 * 160 + 824);
     CHECK(with <= Mk2::sram_bytes);
     CHECK(with + 12 * 136 > Mk2::sram_bytes); // storage takes what is left
     auto const facts = render::facts_of<LosslessLending>();

@@ -26,7 +26,7 @@ struct LendingSteps;
 /// has pixels whose type on the host is that of the machine, as FloatPixel. A setup without it has none of the steps, channels and states.
 ///
 /// `Splats`, `Pixels`: messages in an end of the two channels. `StripPixels`: the pixels of the largest strip that a tile takes. Cost: 8 *
-/// (8 + 56 * Splats) + 8 * (8 + 12 * Pixels) + 12 * StripPixels + 316 bytes of SRAM; in every frame, also of a view that stays, two
+/// (8 + 56 * Splats) + 8 * (8 + 12 * Pixels) + 12 * StripPixels + 824 bytes of SRAM; in every frame, also of a view that stays, two
 /// exchanges of 16 bytes, and the passes that carry splats and pixels.
 template <std::uint32_t Splats = 32, std::uint32_t Pixels = 64, std::uint32_t StripPixels = 160>
 struct LendsStrips : BlendAsAsked {
@@ -129,12 +129,16 @@ struct WorkerLoads {
 };
 
 /// How many splats may touch each block and each strip of a tile, by their rectangles.
-struct BlockLoads {
+struct BlockCounts {
+    static constexpr char const* name = "splats of blocks";
+    std::uint32_t hits[BlockGrid::most_blocks], splats[BlockGrid::most_blocks];
+};
+/// The same, with the blocks.
+struct BlockLoads : BlockCounts {
     BlockGrid grid;
-    std::uint32_t hits[BlockGrid::most_blocks] = {}, splats[BlockGrid::most_blocks] = {};
 
     /// Requires a grid that takes part.
-    explicit BlockLoads(BlockGrid const& g) noexcept : grid(g) {}
+    explicit BlockLoads(BlockGrid const& g, BlockCounts const& counts = {}) noexcept : BlockCounts(counts), grid(g) {}
 
     void add(Splat const& s) noexcept
     {
@@ -218,22 +222,14 @@ struct LentStrips {
     std::uint32_t sent;          ///< pixels that are on their way back
 };
 
-/// The keys at which a pass of `LendStrips` looked, to choose strips and to send their splats.
+/// The keys at which a pass of `LendStrips` looked to send splats, and the blocks to choose strips.
 struct LookedAt {
     static constexpr char const* name = "keys looked at";
     static constexpr bool per_pass = true;
-    std::uint32_t counted, compared;
+    std::uint32_t slots;
 };
 
 namespace detail {
-template <class S>
-BlockLoads loads_of(typename S::Parameters const& frame, BlockGrid const& grid, Splats<S> const& splats, Order<S> const& order) noexcept
-{
-    BlockLoads loads(grid);
-    auto const at = AccessOf<S>::in_order(frame, splats.begin(), order.begin());
-    for (std::uint32_t i = 0; i < order.size(); ++i) loads.add(at(i));
-    return loads;
-}
 /// The blocks of a neighbour's tile.
 template <class Frame>
 BlockGrid blocks_of(Frame const& frame, TileId tile) noexcept
@@ -279,16 +275,21 @@ template <class S>
 struct TellLoad {
     static constexpr char const* name = "tell load";
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S> const& splats, Order<S> const& order, LentStrips& lent,
-                    Out<LoadNotices> out) const noexcept
+                    BlockCounts& counts, Out<LoadNotices> out) const noexcept
     {
         auto const grid = detail::blocks_of(*frame, here.tile);
         lent = {};
         lent.last = grid.strips;
         lent.across = grid.across;
-        if (grid.takes_part())
-            lent.loads = detail::loads_of<S>(*frame, grid, splats, order).load(0, grid.strips);
-        else
+        if (grid.takes_part()) {
+            BlockLoads loads(grid);
+            auto const at = AccessOf<S>::in_order(*frame, splats.begin(), order.begin());
+            for (std::uint32_t i = 0; i < order.size(); ++i) loads.add(at(i));
+            lent.loads = loads.load(0, grid.strips);
+            counts = loads;
+        } else {
             lent.alone = grid.strips != 0 ? 1 : 0; // too many blocks: as one that has nothing to do, but it does not help
+        }
         for (Direction d : news)
             if (here.grid.has_neighbour(here.tile, d)) out[d].unchecked_push({lent.loads.most(), 0, 0, 0});
     }
@@ -328,7 +329,8 @@ template <class S>
 struct LendStrips {
     static constexpr char const* name = "lend";
     Vote operator()(Here here, Broadcast<typename S::Parameters> frame, Splats<S>& splats, Order<S> const& order, GuestPixels<S>& guest,
-                    LentStrips& lent, LookedAt& looked, In<LoadNotices> loads, In<LentSplats<S>> in, Out<LentSplats<S>> out) const noexcept
+                    LentStrips& lent, BlockCounts const& counts, LookedAt& looked, In<LoadNotices> loads, In<LentSplats<S>> in,
+                    Out<LentSplats<S>> out) const noexcept
     {
         // Take the splats of the neighbour that accepted.
         for (Direction d : news) {
@@ -350,8 +352,8 @@ struct LendStrips {
         for (Direction d : news)
             if (!loads[d].empty()) offers.of[index(d)] = loads[d][0], any = true;
         if (any) {
-            detail::choose_strips(detail::loads_of<S>(*frame, grid, splats, order), offers, lent);
-            looked.counted += order.size();
+            detail::choose_strips(BlockLoads(grid, counts), offers, lent);
+            looked.slots += 4 * 3 * grid.strips * grid.across; // at most: three loads for each side
         }
         // Send.
         bool more = false;
@@ -360,7 +362,7 @@ struct LendStrips {
             std::uint32_t const strip = lent.strip[index(d)], n = order.size();
             std::uint32_t& next = lent.next[index(d)];
             if (strip == 0 || next == n) continue;
-            looked.compared -= next;
+            looked.slots -= next;
             for (; next < n; ++next) {
                 auto const touched = grid.strips_of(at(next));
                 if (strip <= touched.first || strip > touched.last) continue;
@@ -368,7 +370,7 @@ struct LendStrips {
                 out[d].unchecked_push({splats[order[next].slot]});
             }
             out[d].set_note(strip);
-            looked.compared += next;
+            looked.slots += next;
             more = more || next < n;
         }
         return more ? Vote::busy : Vote::quiet;
@@ -382,8 +384,7 @@ struct LendStrips {
     {
         Operations o;
         for (Direction d : news) o[Operation::routed] += in[d].size() + out[d].size();
-        o[Operation::slot] = looked.compared;
-        o[Operation::comparison] = looked.counted;
+        o[Operation::slot] = looked.slots;
         return o;
     }
 };
