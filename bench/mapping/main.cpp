@@ -269,7 +269,7 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
 template <class Optimiser>
 void first_steps(Scene const& s, Views const& views, scene::Map const& start, float depth)
 {
-    for (float const by : {1.0f, 2.0f, 4.0f, 8.0f}) {
+    for (float const by : {1.0f, 2.0f, 4.0f}) {
         mapping::Refiner<Optimiser> refiner(start, options_for(1));
         Deck deck(views.cameras.size());
         std::cout << "| " << s.name << " | " << Optimiser::name << " | " << by << " | " << fixed(mean_psnr(refiner, views, 0), 2);
