@@ -42,7 +42,7 @@ using bench::fixed;
 using report::thousands;
 
 inline char const* const scene_names[] = {"built_in", "sloth", "salad"};
-inline char const* const table_names[] = {"psnr", "times", "back", "mesh"};
+inline char const* const table_names[] = {"psnr", "first", "times", "back", "mesh"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, tables; ///< empty: all
@@ -74,6 +74,7 @@ std::string help()
                        "Refines spoilt maps by pictures of the true map: how well, how fast, and over which ways slopes go back.\n"
                        "\n"
                        "  --table NAME     psnr   PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off\n"
+                       "                   first  PSNR after 5, 10 and 20 steps, by optimiser and rates\n"
                        "                   times  ms of a picture and of a step at 640 x 480, by threads\n"
                        "                   back   messages of the way back and their distances, 1280 x 720 on 40 x 36 tiles\n"
                        "                   mesh   a step as a program on the mesh: messages, supersteps, modelled ms on Mk2\n"
@@ -179,6 +180,39 @@ double mean_psnr(Refiner& refiner, Views const& views, std::size_t first)
     for (std::size_t i = first; i < views.cameras.size(); i += 2, ++n) sum += refiner.measure(views.cameras[i], views.targets[i]).psnr_db();
     return sum / n;
 }
+Views views_of(Scene const& s)
+{
+    Views views{s.path, {}};
+    mapping::Refiner<> truth(s.map);
+    for (auto const& c : views.cameras) {
+        auto const seen = truth.render(c);
+        views.targets.push_back(mapping::make_target(seen.colour, seen.depth));
+    }
+    return views;
+}
+/// Every second view, each once in a round and each round in another order.
+class Deck {
+public:
+    explicit Deck(std::size_t views) : views_(views) {}
+    std::size_t next()
+    {
+        if (deck_.empty()) {
+            for (std::size_t k = 0; k < views_; k += 2) deck_.push_back(k);
+            for (std::size_t k = deck_.size(); k > 1; --k) {
+                auto const other = static_cast<std::size_t>(random_.uniform() * static_cast<double>(k));
+                std::swap(deck_[k - 1], deck_[other]);
+            }
+        }
+        auto const view = deck_.back();
+        deck_.pop_back();
+        return view;
+    }
+
+private:
+    std::size_t views_;
+    Random random_{9};
+    std::vector<std::size_t> deck_;
+};
 /// A row of `psnr`. Returns the PSNR at the end.
 template <class Optimiser>
 double refine(Options const& o, Scene const& s, Views const& views, scene::Map const& start, float depth, std::string& csv)
@@ -187,23 +221,15 @@ double refine(Options const& o, Scene const& s, Views const& views, scene::Map c
     double const before = mean_psnr(refiner, views, 0), held_before = mean_psnr(refiner, views, 1);
     std::array<double, 3> at{};
     constexpr std::array<std::uint32_t, 3> stages{8, 40, 80};
-    Random random(9);
-    std::vector<std::size_t> deck;
+    Deck deck(views.cameras.size());
     bench::Stopwatch watch;
     double ms = 0;
     for (std::uint32_t i = 0; i < o.steps; ++i) {
-        if (deck.empty()) {
-            for (std::size_t k = 0; k < views.cameras.size(); k += 2) deck.push_back(k);
-            for (std::size_t k = deck.size(); k > 1; --k) {
-                auto const other = static_cast<std::size_t>(random.uniform() * static_cast<double>(k));
-                std::swap(deck[k - 1], deck[other]);
-            }
-        }
+        auto const view = deck.next();
         watch.lap();
-        refiner.step(views.cameras[deck.back()], views.targets[deck.back()],
+        refiner.step(views.cameras[view], views.targets[view],
                      splat::map::faded(splat::map::usual_rates(depth), static_cast<float>(i) / static_cast<float>(o.steps)));
         ms += watch.lap();
-        deck.pop_back();
         for (std::size_t k = 0; k < stages.size(); ++k)
             if (i + 1 == stages[k]) at[k] = mean_psnr(refiner, views, 0);
     }
@@ -224,12 +250,7 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
     int status = 0;
     std::string csv = "scene,optimiser,start,at_8,at_40,at_80,end,held_out_start,held_out_end\n";
     for (auto const& s : scenes) {
-        Views views{s.path, {}};
-        mapping::Refiner<> truth(s.map);
-        for (auto const& c : views.cameras) {
-            auto const seen = truth.render(c);
-            views.targets.push_back(mapping::make_target(seen.colour, seen.depth));
-        }
+        auto const views = views_of(s);
         float const depth = median_depth(views.targets[0]);
         auto const start = spoilt(s.map, depth);
         double const by_kind = refine<splat::map::SecondMomentByKind>(o, s, views, start, depth, csv);
@@ -242,6 +263,35 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
     }
     if (!o.csv.empty()) report::write_whole(o.csv, csv);
     return status;
+}
+
+/// Rows of `first`: what few steps reach, at multiples of the usual rates.
+template <class Optimiser>
+void first_steps(Scene const& s, Views const& views, scene::Map const& start, float depth)
+{
+    for (float const by : {1.0f, 2.0f, 4.0f}) {
+        mapping::Refiner<Optimiser> refiner(start, options_for(1));
+        Deck deck(views.cameras.size());
+        std::cout << "| " << s.name << " | " << Optimiser::name << " | " << by << " | " << fixed(mean_psnr(refiner, views, 0), 2);
+        for (std::uint32_t i = 1; i <= 20; ++i) {
+            auto const view = deck.next();
+            refiner.step(views.cameras[view], views.targets[view], splat::map::usual_rates(depth) * by);
+            if (i == 5 || i == 10 || i == 20) std::cout << " | " << fixed(mean_psnr(refiner, views, 0), 2);
+        }
+        std::cout << " | " << fixed(mean_psnr(refiner, views, 1), 2) << " |\n";
+    }
+}
+void first(std::vector<Scene> const& scenes)
+{
+    std::cout << "\nPSNR in dB after few steps, with rates that do not fall; views as in psnr\n\n"
+                 "| map | optimiser | rates | start | 5 | 10 | 20 | held out, 20 |\n|---|---|--:|--:|--:|--:|--:|--:|\n";
+    for (auto const& s : scenes) {
+        auto const views = views_of(s);
+        float const depth = median_depth(views.targets[0]);
+        auto const start = spoilt(s.map, depth);
+        first_steps<splat::map::SecondMomentByKind>(s, views, start, depth);
+        first_steps<splat::map::Adam>(s, views, start, depth);
+    }
 }
 
 void times(Options const& o, std::vector<Scene> const& scenes)
@@ -466,6 +516,7 @@ int run(Options const& o)
     auto const wants = [&](char const* table) { return bench::chosen(o.tables, table); };
     int status = 0;
     if (wants("psnr")) status = psnr(o, scenes);
+    if (wants("first")) first(scenes);
     if (wants("times")) times(o, scenes);
     if (wants("back")) back(scenes);
     if (wants("mesh")) status = std::max(status, mesh(scenes));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <tilemesh/mapping/mesh_refiner.hpp>
+#include <tilemesh/splat/map/grow.hpp>
 #include <type_traits>
 #include <utility>
 
@@ -39,6 +40,46 @@ TEST_CASE("mapping steps: words, counters and digests of every superstep are tho
         auto& step = mesh.template broadcast<map::StepParameters>();
         step = refiner.mesh().template broadcast<map::StepParameters>();
         step.rests = 1;
+    };
+    auto const last = on_ranks<Program, Roomy>(refiner.mesh().grid(), load, 2, Program{},
+                                               mesh_sizes<Program>(size_of_machine<Roomy>(), refiner.sizes()));
+    CHECK(last.messages() > 0);
+}
+
+TEST_CASE("a keyframe: words, counters and digests of every superstep are those of Mesh, where borders of ranks cut cells")
+{
+    using Optimiser = map::SecondMomentByKind;
+    using Program = map::GrowStep<Optimiser>;
+    auto gaussians = support::cloud(60, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, -3.5f);
+    auto const truth = support::map_of(std::move(gaussians));
+    auto const views = support::mapping::views_of(truth, {support::lens(64, 50), support::lens(64, 50, 0.2f)});
+    mapping::MeshRefineOptions o;
+    o.refine.view = {{32, 5}, 1, {1, 0.5f, 0, 0, 4}};
+    o.machine = size_of_machine<Roomy>();
+    o.channel_slots = 3;
+    o.record_slots = 60;
+    o.entry_slots = 400;
+    o.remove.least_opacity = 0.72f;
+    mapping::MeshRefiner<Optimiser, Mesh, Roomy, map::GrowStep> refiner(support::map_of({}), views.cameras[0], o);
+    REQUIRE(refiner.insert(views.cameras[0], views.targets[0], 1).inserted > 40);
+    for (int i = 0; i < 3; ++i) refiner.step(views.cameras[0], views.targets[0], map::usual_rates(2));
+    REQUIRE(refiner.insert(views.cameras[1], views.targets[1], 2).inserted > 0);
+    // Each rank inserts by the second view once more, and removes.
+    auto const load = [&](auto& mesh) {
+        auto const copy = [&](auto const* type) {
+            using List = std::remove_const_t<std::remove_pointer_t<decltype(type)>>;
+            for (auto [tile, list] : mesh.template states<List>())
+                for (auto const& item : refiner.mesh().template state<List>(tile)) list.push(item);
+        };
+        copy(static_cast<map::Records const*>(nullptr));
+        copy(static_cast<map::OptimiserStates<Optimiser> const*>(nullptr));
+        copy(static_cast<map::TargetPixels const*>(nullptr));
+        mesh.template broadcast<map::StepParameters>() = refiner.mesh().template broadcast<map::StepParameters>();
+        auto& grow = mesh.template broadcast<map::GrowParameters>();
+        grow = refiner.mesh().template broadcast<map::GrowParameters>();
+        grow.keyframe = 3, grow.scene_depth = 2, grow.removes = 1;
     };
     auto const last = on_ranks<Program, Roomy>(refiner.mesh().grid(), load, 2, Program{},
                                                mesh_sizes<Program>(size_of_machine<Roomy>(), refiner.sizes()));
