@@ -71,8 +71,9 @@ private:
         }
         if (first.depth == homes::infinite_depth) return;
         std::uint32_t hi = homes::infinite_depth;
+        homes::WindowNotice const* const windows = table.begin();
         for (auto e = std::lower_bound(entries_.begin(), entries_.end(), Entry{first, 0}, nearer); e != entries_.end() && hi == homes::infinite_depth; ++e) {
-            homes::detail::Wanted const wanted(frame.splats.get()[e->row], fold, frame.view.camera, table);
+            homes::detail::Wanted const wanted(frame.splats.get()[e->row], fold, frame.view.camera, windows);
             for (std::uint32_t part = 0; part < wanted.parts(); ++part) {
                 auto const to = wanted.tiles(part, 0, columns);
                 for (std::uint32_t bit = 0; bit < 32; ++bit) {

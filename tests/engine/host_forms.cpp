@@ -153,3 +153,55 @@ TEST_CASE("slots of a dynamic channel of handles take the SRAM of the records")
         CHECK(has(error_of([&] { mesh.template limit<C>(8); }), "480 bytes over"));
     });
 }
+
+namespace {
+
+struct Prices {
+    std::uint32_t of[3];
+};
+struct Priced {
+    std::uint32_t number, price;
+    static Priced make(std::uint32_t number, Prices const& prices) noexcept { return {number, prices.of[number]}; }
+};
+struct Ticket { // its price is in the broadcast
+    static constexpr std::uint32_t wire_bytes = sizeof(Priced);
+    std::uint32_t number;
+    static Ticket make(std::uint32_t number, Prices const&) noexcept { return {number}; }
+    using Whole = Priced;
+    using WholeBy = Prices;
+    Whole whole(Prices const& prices) const noexcept { return Priced::make(number, prices); }
+};
+template <class Item>
+struct Counter : Channel<Item, 3> {};
+template <class Item>
+struct Shelf : Buffer<Item, 3> {};
+template <class Item>
+struct Serve {
+    void operator()(Here here, Broadcast<Prices> prices, Shelf<Item>& shelf, In<Counter<Item>>, Out<Counter<Item>> out) const noexcept
+    {
+        shelf.truncate(0);
+        for (std::uint32_t i = 0; i < 1 + here.tile.x(); ++i) {
+            shelf.push(Item::make(i, *prices));
+            out[Direction::east].push(Item::make(2 - i, *prices));
+        }
+    }
+};
+template <template <class...> class Engine, class Item>
+std::uint64_t digest_of(std::uint32_t last_price)
+{
+    using Program = Sequence<Superstep<Serve<Item>>>;
+    Engine<Program> mesh{Program{}, {3, 2}, {.digest = true}};
+    mesh.template broadcast<Prices>() = {{7, 8, last_price}};
+    return mesh.run().digests.at(0);
+}
+
+} // namespace
+
+TEST_CASE("digests take the words of whole items where a host's items leave out what a broadcast says")
+{
+    auto const whole = digest_of<Mesh, Priced>(9);
+    CHECK(digest_of<Mesh, Ticket>(9) == whole);
+    CHECK(digest_of<CheckedMesh, Ticket>(9) == whole);
+    CHECK(digest_of<CheckedMesh, Priced>(9) == whole);
+    CHECK(digest_of<Mesh, Ticket>(10) != whole);
+}

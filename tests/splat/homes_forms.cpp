@@ -10,6 +10,7 @@
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/blending.hpp>
+#include <utility>
 #include <vector>
 
 using namespace tilemesh;
@@ -249,6 +250,32 @@ TEST_CASE("homes: rows and columns that are longer than a parcel, by value and b
         CHECK(differing(r, list) == 0);
         check_same_work(a.report, r.report);
     }
+}
+
+TEST_CASE("homes: hundreds of splats arrive on a tile in one pass, and some reach many blocks, by value and by reference")
+{
+    auto const map = map_of_degree(0, 700);
+    auto const records = scene::records<splat::Gaussian>(map);
+    auto c = choice_of(0);
+    c.sizes = {250, 700, 250, 250};
+    auto o = on_grid();
+    o.grid = {3, 1};
+    render::HomesRenderer<homes::ValuePolicies<>> values(map, c, o);
+    render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
+    std::uint32_t most = 0, before = 0; // that end on the middle tile in one pass
+    rows.observe([&](SuperstepEvent const& event) {
+        auto const arrived = std::as_const(rows.mesh()).state<homes::Counts>(TileId::at(1, 0)).arrived;
+        if (event.kernel == homes::Deliver<homes::HostPolicies<>>::name) most = std::max(most, arrived - before);
+        before = arrived;
+    });
+    for (auto const& view : views()) {
+        auto const list = one_list(records, view, values.rules());
+        auto const a = values.render(view), r = rows.render(view);
+        CHECK(differing(a, list) == 0);
+        CHECK(differing(r, list) == 0);
+        check_same_work(a.report, r.report);
+    }
+    CHECK(most > 128); // more than a host notes at once (deliver.hpp)
 }
 
 TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothing")

@@ -615,7 +615,7 @@ private:
             for (Direction d : news) {
                 auto const p = end<L>(in_, 4 * tile + index(d));
                 h = engine::mix(h, p.head[1]);
-                h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+                h = this->template mix_items<typename L::value_type>(h, p);
             }
         };
         (one(machine::Tag<C>{}), ...);

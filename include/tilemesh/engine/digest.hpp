@@ -29,4 +29,9 @@ inline std::uint64_t mix_words(std::uint64_t h, std::uint32_t const* words, std:
     return mix(mix_words_on(h, words, n), n);
 }
 
+/// Has T a form with more words, which digests take? An item of a host may leave out words that follow from the broadcast T::WholeBy; its
+/// member `whole(broadcast)` returns a T::Whole with all words.
+template <class T>
+inline constexpr bool has_whole_words = requires { typename T::WholeBy; };
+
 }}} // namespace tilemesh::engine

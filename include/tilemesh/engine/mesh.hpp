@@ -782,7 +782,7 @@ protected: // for an engine that runs a part of the grid's rows
             for (Direction d : news) {
                 auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
                 h = engine::mix(h, p.head[1]);
-                h = engine::mix_words(h, p.items, std::size_t{p.head[0]} * L::Receiver::item_words);
+                h = this->template mix_items<typename L::value_type>(h, p);
             }
         };
         (one(machine::Tag<C>{}), ...);

@@ -352,6 +352,7 @@ protected:
         if (out == Sizes::no_digest) return h;
         if constexpr (is_list<X>) {
             h = mix(h, p.head[0]);
+            if constexpr (has_whole_words<typename X::value_type>) return mix_items<typename X::value_type>(h, p);
             std::size_t const item = item_words<X>();
             if (out == 0) return mix_words(h, p.items, p.head[0] * item);
             for (std::uint32_t i = 0; i < p.head[0]; ++i) h = mix_words_on(h, p.items + i * item, item - out);
@@ -359,6 +360,33 @@ protected:
         } else {
             return mix_words(h, p.items, sizeof(X) / 4 - out);
         }
+    }
+
+    /// Mixes the items of a list into a digest, and the number of their words.
+    template <class T>
+    std::uint64_t mix_items(std::uint64_t h, machine::Place const& p) const noexcept
+    {
+        if constexpr (has_whole_words<T>) {
+            auto const& by = shared_like<typename T::WholeBy>(Shareds{});
+            for (std::uint32_t i = 0; i < p.head[0]; ++i) {
+                auto const whole = reinterpret_cast<T const*>(p.items)[i].whole(by);
+                std::uint32_t words[sizeof whole / 4];
+                std::memcpy(words, &whole, sizeof whole);
+                h = mix_words_on(h, words, sizeof whole / 4);
+            }
+            return mix(h, std::size_t{p.head[0]} * (sizeof(typename T::Whole) / 4));
+        } else {
+            return mix_words(h, p.items, std::size_t{p.head[0]} * (sizeof(T) / 4));
+        }
+    }
+    /// The broadcast that is a B.
+    template <class B, class First, class... P>
+    B const& shared_like(machine::Types<First, P...>) const noexcept
+    {
+        if constexpr (std::is_base_of_v<B, First>)
+            return std::get<First>(shared_);
+        else
+            return shared_like<B>(machine::Types<P...>{});
     }
 
     Program program_;

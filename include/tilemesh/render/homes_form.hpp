@@ -7,29 +7,40 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace homes {
-template <>
-struct Parcel<SplatRow> {
-    static constexpr std::uint32_t wire_bytes = sizeof(Parcel<Splat>);
-    SplatRow row;
-    std::uint32_t depth; ///< bits of the splat's depth, so that a tile need not look into the table
-    GaussianId id;
-    TileId corner;
-    std::uint32_t to;
-
-    TILEMESH_KERNEL static Parcel make(SplatRow row, Splat const& s, GaussianId id, TileId first, std::uint32_t to) noexcept
-    {
-        return {row, __builtin_bit_cast(std::uint32_t, s.depth), id, first, to};
-    }
-    TILEMESH_KERNEL TileId first() const noexcept { return corner; }
-    TILEMESH_KERNEL std::uint32_t depth_bits() const noexcept { return depth; }
-    TILEMESH_KERNEL SplatRow projected() const noexcept { return row; }
-};
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : Parameters {
     static constexpr char const* name = "frame parameters and tables";
     HostPointer<Splat const> splats;
+    HostPointer<Key> keys; ///< of the splats; each home writes those of its records
+    HostPointer<WindowNotice const> windows; ///< the table of one tile, for the homes of all. A null pointer: each home reads its own
     std::uint32_t district_shift; ///< as in Parameters, as a word of the run
     static constexpr bool has_districts = true;
+};
+/// A row's parcel has 12 bytes on a host, because a frame of a large map has millions of hops. Its key is in a table.
+template <>
+struct Parcel<SplatRow> {
+    static constexpr std::uint32_t wire_bytes = sizeof(Parcel<Splat>);
+    SplatRow row;
+    TileId corner;
+    std::uint32_t to;
+
+    TILEMESH_KERNEL static Parcel make(SplatRow row, Splat const&, GaussianId, TileId first, std::uint32_t to) noexcept { return {row, first, to}; }
+    TILEMESH_KERNEL TileId first() const noexcept { return corner; }
+    TILEMESH_KERNEL SplatRow projected() const noexcept { return row; }
+
+    /// The words of a digest, with the key.
+    struct Whole {
+        SplatRow row;
+        std::uint32_t depth, id;
+        TileId corner;
+        std::uint32_t to;
+    };
+    using WholeBy = TableParameters;
+    Whole whole(TableParameters const& frame) const noexcept
+    {
+        Key const k = frame.keys.get()[row.row];
+        return {row, k.depth, k.id, corner, to};
+    }
 };
 /// The parameters of a program that serves choices with and without planes.
 struct HostParameters : TableParameters {
@@ -52,7 +63,11 @@ struct HeldRowsInOrder {
 /// The way in which kernels read records if tiles hold rows of a table.
 template <class Frame>
 struct TableAccess {
-    TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const&) noexcept { return {g.row}; }
+    TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const& frame) noexcept
+    {
+        frame.keys.get()[g.row] = {__builtin_bit_cast(std::uint32_t, frame.splats.get()[g.row].depth), static_cast<std::uint32_t>(g.id)};
+        return {g.row};
+    }
     static constexpr bool on_host = true;
     TILEMESH_KERNEL static Frame hold(Frame const& frame) noexcept { return frame; }
     template <class List>
@@ -61,6 +76,9 @@ struct TableAccess {
         fetch_list(list);
     }
     TILEMESH_KERNEL static Splat const& splat_of(Frame const& frame, SplatRow s) noexcept { return frame.splats.get()[s.row]; }
+    TILEMESH_KERNEL static Key key_of(Frame const& frame, SplatRow s) noexcept { return frame.keys.get()[s.row]; }
+    /// Tells the memory that a kernel will ask for the key of a splat soon.
+    TILEMESH_KERNEL static void about_to_take(Frame const& frame, SplatRow s) noexcept { __builtin_prefetch(frame.keys.get() + s.row); }
     TILEMESH_KERNEL static HeldRowsInOrder in_order(Frame const& frame, SplatRow const* held, SortKey const* keys,
                                                     std::uint32_t const* order) noexcept
     {

@@ -126,7 +126,7 @@ private:
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
         streams_ = rows > homes;
         residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, rows));
-        if constexpr (by_reference) table_.resize(residents_);
+        if constexpr (by_reference) table_.resize(residents_), keys_.resize(residents_);
 
         auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
@@ -232,6 +232,9 @@ private:
         if constexpr (by_reference) {
             frame.district_shift = splat::homes::district_shift(district_);
             frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
+            frame.keys = splat::HostPointer<splat::homes::Key>(keys_.data());
+            frame.windows = splat::HostPointer<splat::homes::WindowNotice const>(
+                std::as_const(host_.mesh()).template state<splat::homes::Table>(grid_.tile(0)).begin());
             auto const& rows = records_.on_homes();
             host_.on_threads(rows.size(), [&](std::uint32_t first, std::uint32_t last) {
                 if (streams_) records_.table().project_rows(rows.data() + first, last - first, view, tiling, table_.data() + first);
@@ -256,6 +259,7 @@ private:
     HostType host_;
     HomesRecords<P, HostType> records_;
     std::vector<splat::Splat> table_;    ///< by reference: the splats of the records on homes, in this view
+    std::vector<splat::homes::Key> keys_; ///< by reference: their keys
     std::uint32_t residents_ = 0;        ///< records that have homes at the same time
     bool streams_ = false;               ///< the map comes in chapters
     SetupFacts facts_{};

@@ -1,7 +1,9 @@
 #pragma once
+#include <cstdint>
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
+#include <type_traits>
 
 /// Brings splats from their homes to the tiles whose windows want them.
 ///
@@ -57,6 +59,21 @@ TILEMESH_KERNEL std::uint32_t bits_in(std::uint32_t v) noexcept
     return ((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u >> 24;
 }
 
+/// The first pixels of the blocks of a rectangle of at most `most` blocks, row by row, relative to the first block's: for each width.
+struct BlockSteps {
+    static constexpr std::uint32_t widest = 8, most = 32;
+    alignas(64) std::int32_t column[widest + 1][most], row[widest + 1][most];
+    constexpr BlockSteps() noexcept : column{}, row{}
+    {
+        for (std::uint32_t w = 1; w <= widest; ++w)
+            for (std::uint32_t k = 0; k < most; ++k) {
+                column[w][k] = static_cast<std::int32_t>(k % w * block_width);
+                row[w][k] = static_cast<std::int32_t>(k / w * block_height);
+            }
+    }
+};
+inline constexpr BlockSteps block_steps{};
+
 /// The tiles that want one splat: it is in the tile's window, and a pixel of an unfinished block may see it. The block's test is that of
 /// blending.
 template <class AnyFold, class Windows>
@@ -104,11 +121,47 @@ public:
         auto const test = [&]() noexcept {
             for (std::uint32_t k = n; k < N; ++k) column[k] = column[0], row[k] = row[0];
             alignas(vector_bytes) std::int32_t seen[N];
-            store(seen, reach<N>(column, row));
+            store(seen, reach<N>(load_words<N>(column), load_words<N>(row)));
             for (std::uint32_t k = 0; k < n; ++k) to |= seen[k] != 0 ? bits[k] : 0u;
             tested += n;
             n = 0;
         };
+        each_block([&](std::uint32_t i, std::uint32_t j, std::uint32_t wanted, std::uint32_t bit) noexcept {
+            if (wanted == 0) return;
+            column[n] = static_cast<std::int32_t>(i * block_width);
+            row[n] = static_cast<std::int32_t>(j * block_height);
+            bits[n] = 1u << bit;
+            if (++n == N) test();
+        });
+        if (n != 0) test();
+        return to;
+    }
+    /// The same for a host. It tests all blocks of the splat's rectangle before it asks which of them are wanted.
+    template <std::uint32_t N = native_lanes>
+    std::uint32_t all_tiles_at_once(std::uint32_t& tested) const noexcept
+    {
+        std::uint32_t const width = i1_ - i0_ + 1, n = width * (j1_ - j0_ + 1);
+        if (width > BlockSteps::widest || n > BlockSteps::most) return all_tiles<N>(tested);
+        alignas(vector_bytes) std::int32_t seen[BlockSteps::most];
+        auto const column = static_cast<std::int32_t>(i0_ * block_width), row = static_cast<std::int32_t>(j0_ * block_height);
+        for (std::uint32_t k = 0; k < n; k += N)
+            store(seen + k, reach<N>(load_words<N>(block_steps.column[width] + k) + column, load_words<N>(block_steps.row[width] + k) + row));
+        std::uint32_t k = 0, to = 0;
+        each_block([&](std::uint32_t, std::uint32_t, std::uint32_t wanted, std::uint32_t bit) noexcept { // no branch
+            tested += wanted;
+            to |= (static_cast<std::uint32_t>(seen[k++]) & wanted) << bit;
+        });
+        return to;
+    }
+
+private:
+    std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
+    /// Calls f(i, j, wanted, bit) with each block of the splat's rectangle, row by row. `wanted`: 1 if the splat is in the window of the
+    /// block's tile and the block is not finished, otherwise 0. `bit`: the tile's in Parcel::to, if there is one part.
+    template <class F>
+    TILEMESH_KERNEL void each_block(F const& f) const noexcept
+    {
+        auto const bit_of = [](bool yes) noexcept { return yes ? 1u : 0u; };
         auto const first_x = fold_.x.cursor(i0_);
         auto y = fold_.y.cursor(j0_);
         for (std::uint32_t j = j0_; j <= j1_; ++j, y = fold_.y.next(y)) {
@@ -118,20 +171,11 @@ public:
             for (std::uint32_t i = i0_; i <= i1_; ++i, x = fold_.x.next(x)) {
                 std::uint32_t const tx = fold_.x.tile(x);
                 WindowNotice const& t = notices[tx];
-                if (depth_ < t.lo_depth || depth_ >= t.hi_depth) continue;
-                if ((t.finished & fold_.bit_of(fold_.y.number(y) * fold_.x.layers + fold_.x.number(x))) != 0) continue;
-                column[n] = static_cast<std::int32_t>(i * block_width);
-                row[n] = static_cast<std::int32_t>(j * block_height);
-                bits[n] = 1u << (8 * (tx - x_.first) + (ty - y_.first));
-                if (++n == N) test();
+                std::uint32_t const finished = t.finished & fold_.bit_of(fold_.y.number(y) * fold_.x.layers + fold_.x.number(x));
+                f(i, j, bit_of(depth_ >= t.lo_depth) & bit_of(depth_ < t.hi_depth) & bit_of(finished == 0), 8 * (tx - x_.first) + (ty - y_.first));
             }
         }
-        if (n != 0) test();
-        return to;
     }
-
-private:
-    std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
     bool wants(std::uint32_t x, std::uint32_t y) const noexcept
     {
         WindowNotice const& notice = windows_of_row(windows_, fold_, y)[x];
@@ -143,21 +187,20 @@ private:
                 std::uint32_t const j = fold_.y.block(y, l);
                 if (j - j0_ > j1_ - j0_ || (notice.finished & fold_.bit_of(l * fold_.x.layers + k)) != 0) continue;
                 std::int32_t const column = static_cast<std::int32_t>(i * block_width), row = static_cast<std::int32_t>(j * block_height);
-                if (reach<1>(&column, &row)[0] != 0) return true;
+                if (reach<1>(broadcast_word<1>(column), broadcast_word<1>(row))[0] != 0) return true;
             }
         }
         return false;
     }
-    /// May a pixel of these blocks see the splat? `column`, `row`: first pixels.
+    /// May a pixel of these blocks see the splat? `x`, `y`: first pixels.
     template <std::uint32_t N>
-    TILEMESH_KERNEL Words<N> reach(std::int32_t const* column, std::int32_t const* row) const noexcept
+    TILEMESH_KERNEL Words<N> reach(Words<N> const& x, Words<N> const& y) const noexcept
     {
         Form<N> const form{broadcast<N>(splat_.along), broadcast<N>(splat_.slope), broadcast<N>(splat_.across), broadcast<N>(steepest_),
                            broadcast<N>(splat_.faintest)};
         auto const centre = [](Words<N> const& pixel, float origin, float mean) noexcept {
             return __builtin_convertvector(pixel, Floats<N>) + 0.5f - origin - mean;
         };
-        auto const x = load_words<N>(column), y = load_words<N>(row);
         return reaches<N>(form, centre(x, camera_.cx, splat_.mean_px[0]),
                           centre(x + static_cast<std::int32_t>(block_width - 1), camera_.cx, splat_.mean_px[0]),
                           centre(y, camera_.cy, splat_.mean_px[1]),
@@ -269,7 +312,6 @@ struct Offer {
         static constexpr char const* name = Offer::name;
         void operator()(Broadcast<FrameParameters> parameters, Seen<P> const& seen, Table const& table, Offers& offers, Worker) const noexcept
         {
-            Access::about_to_read(table);
             with_windows(*parameters, table, [&](auto const& windows) noexcept {
                 if (seen.size() >= fewest_by_table && FoldTable::has_room(parameters->fold))
                     find(*parameters, FoldTable(parameters->fold), seen, windows, offers, {0, 1});
@@ -304,7 +346,12 @@ private:
             detail::Wanted const wanted(s, fold, frame.view.camera, windows);
             std::uint32_t const parts = wanted.parts();
             std::uint32_t tested = 0, to = 0;
-            if (parts == 1) to = wanted.all_tiles(tested);
+            if (parts == 1) {
+                if constexpr (std::is_same_v<AnyFold, FoldTable>) // only a host has it
+                    to = wanted.all_tiles_at_once(tested);
+                else
+                    to = wanted.all_tiles(tested);
+            }
             if (parts == 1 && to == 0) continue;
             offers[i] = {wanted.first(0), to, half(parts), half(tested)};
         }
@@ -334,7 +381,7 @@ struct Deliver {
         }
         counts.compared = counts.scanned = counts.turned_away = 0;
         std::uint32_t const arrived = counts.arrived;
-        Tile tile{here, window, held, keys, sample, counts, {}};
+        Tile tile{here, *frame, window, held, keys, sample, counts, {}, {}};
         for (Direction d : news) tile.way[index(d)] = {out[d].begin(), 0, out[d].capacity(), false};
         for (std::uint32_t leg = 0; leg < 2; ++leg) { // on a row also the credit of the FIFO behind the channel
             Way& way = tile.way[index(row[leg])];
@@ -360,6 +407,7 @@ struct Deliver {
         for (std::uint32_t way = 0; own && way < 3; ++way) open = with_windows(*frame, table, [&](auto const& windows) noexcept {
             return send_own(tile, way, *frame, home, seen, offers, windows, sending);
         }) || open;
+        tile.take_all();
 
         for (Direction d : news) out[d].resize(tile.way[index(d)].n);
         counts.hops += tile.given();
@@ -391,7 +439,12 @@ struct Deliver {
 private:
     static constexpr Direction row[2] = {Direction::west, Direction::east};
     static constexpr std::uint32_t own_column = 2;
-    static constexpr std::uint32_t splats_ahead = 8; ///< a host's memory answers that late
+    /// All bits if 0 <= a < b, otherwise none, for a difference of coordinates a. Of a comparison, GCC 12 would make a branch, which a
+    /// predictor cannot know.
+    TILEMESH_KERNEL static std::uint32_t all_if_below(std::uint32_t a, std::uint32_t b) noexcept
+    {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>((a - b) & ~a) >> 31);
+    }
 
     /// A way out of the tile: what it sends there, and how much it may.
     struct Way {
@@ -399,16 +452,47 @@ private:
         std::uint32_t n, limit;
         bool short_of_credit;
     };
+    /// What has arrived, on a host.
+    struct ArrivalsOnHost {
+        static constexpr std::uint32_t most = 128;
+        std::uint32_t n;
+        typename P::Projected splats[most];
+        ArrivalsOnHost() noexcept : n(0) {} // the others have no value yet
+    };
+    struct NoArrivals {};
+    using Arrivals = std::conditional_t<Access::on_host, ArrivalsOnHost, NoArrivals>;
     /// What the tile does with parcels in one pass.
     struct Tile {
         Here const& here;
+        FrameParameters const& frame;
         Window& window;
         Held<P>& held;
         Keys& keys;
         Sample& sample;
         Counts& counts;
         Way way[4];
+        Arrivals arrivals;
 
+        /// Takes a parcel that ends here. A host takes it later, when its key has come from memory.
+        TILEMESH_KERNEL void take(Message const& m) noexcept
+        {
+            ++counts.arrived;
+            if constexpr (Access::on_host) {
+                if (arrivals.n == Arrivals::most) take_all();
+                Access::about_to_take(frame, m.projected());
+                arrivals.splats[arrivals.n++] = m.projected();
+            } else {
+                detail::hold<P>(m.key(), m.projected(), window, held, keys, sample, counts);
+            }
+        }
+        void take_all() noexcept
+        {
+            if constexpr (Access::on_host) {
+                for (std::uint32_t i = 0; i < arrivals.n; ++i)
+                    detail::hold<P>(Access::key_of(frame, arrivals.splats[i]), arrivals.splats[i], window, held, keys, sample, counts);
+                arrivals.n = 0;
+            }
+        }
         std::uint32_t given() const noexcept { return way[0].n + way[1].n + way[2].n + way[3].n; }
         TILEMESH_KERNEL bool room(Direction d) noexcept
         {
@@ -427,38 +511,33 @@ private:
         std::uint32_t serve_column(Message const& m, std::uint32_t c, std::uint32_t to) noexcept
         {
             auto split = detail::split_column(to, c, static_cast<std::int32_t>(here.tile.y()) - static_cast<std::int32_t>(m.first().y()));
-            if (split.here != 0) {
-                ++counts.arrived;
-                detail::hold<P>({m.depth_bits(), static_cast<std::uint32_t>(m.id)}, m.projected(), window, held, keys, sample, counts);
-            }
+            if (split.here != 0) take(m);
             if (split.north != 0 && room(Direction::north)) send(m, Direction::north, split.north << (8 * c)), split.north = 0;
             if (split.south != 0 && room(Direction::south)) send(m, Direction::south, split.south << (8 * c)), split.south = 0;
             return (split.north | split.south) << (8 * c);
         }
-        /// `serve_column` for all arrivals of a column, for a host. They end here or go on towards d, whose channel is empty.
+        /// `serve_column` for all arrivals of a column, for a host. They end here or go on towards d, whose channel is empty. The tiles that they
+        /// name are all in this column.
         template <class Arrived>
         TILEMESH_KERNEL void pass_column(Arrived const& all, Direction d) noexcept
         {
             Way& w = way[index(d)];
             Message* next = w.parcels;
+            std::uint32_t const y = here.tile.y();
             constexpr std::uint32_t part = 64;
             Message const* own[part];
             for (Message const *m = all.begin(), *const end = all.end(); m != end;) {
                 std::uint32_t owns = 0; // no branch: a predictor cannot know the tiles
                 for (Message const* const stop = end - m < part ? end : m + part; m != stop; ++m) {
-                    std::uint32_t const c = here.tile.x() - m->first().x();
-                    std::uint32_t const r = here.tile.y() - m->first().y(); // wraps north of its rows
-                    std::uint32_t const mine = r < parcel_rows ? m->to & 1u << (8 * c + r) : 0u, rest = m->to ^ mine;
+                    std::uint32_t const r = y - m->first().y(); // wraps north of its rows
+                    std::uint32_t const mine = m->to & 0x01010101u << r % parcel_rows & all_if_below(r, parcel_rows), rest = m->to ^ mine;
                     own[owns] = m;
                     owns += mine != 0 ? 1u : 0u;
                     *next = *m;
                     next->to = rest;
                     next += rest != 0 ? 1 : 0;
                 }
-                counts.arrived += owns;
-                for (std::uint32_t i = 0; i < owns; ++i)
-                    detail::hold<P>({own[i]->depth_bits(), static_cast<std::uint32_t>(own[i]->id)}, own[i]->projected(), window, held, keys,
-                                    sample, counts);
+                for (std::uint32_t i = 0; i < owns; ++i) take(*own[i]);
             }
             w.n = static_cast<std::uint32_t>(next - w.parcels);
         }
@@ -500,25 +579,45 @@ private:
             if (next != kept) __builtin_memmove(waiting.begin() + kept, waiting.begin() + next, (n - next) * sizeof(Message));
             waiting.truncate(kept + (n - next));
             turning = kept;
-            for (Message const& m : arrived) {
-                if constexpr (Access::on_host) { // most go straight on
-                    std::uint32_t const c = here.tile.x() - m.first().x(); // wraps west of its columns
-                    if (c >= parcel_columns && ahead.n < ahead.limit) {
-                        ahead.parcels[ahead.n++] = m;
-                        continue;
-                    }
-                }
-                std::uint32_t const owed = serve_row(m, d);
-                if (owed == 0) continue;
+            auto const keep = [&](Message const& m, std::uint32_t owed) noexcept {
                 Message rest = m;
                 rest.to = owed;
-                if (!TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this"))
-                    continue;
+                if (!TILEMESH_EXPECT(waiting.try_push(rest), "a FIFO was sent more than its credit (flow control is broken); report this")) return;
                 auto const c = static_cast<std::int32_t>(here.tile.x()) - static_cast<std::int32_t>(m.first().x());
-                if (c < 0 || c >= static_cast<std::int32_t>(parcel_columns)) continue;
+                if (c < 0 || c >= static_cast<std::int32_t>(parcel_columns)) return;
                 waiting[waiting.size() - 1] = waiting[turning]; // it joins those that turn
                 waiting[turning++] = rest;
+            };
+            if constexpr (Access::on_host)
+                if (arrived.size() <= ahead.limit - ahead.n) return pass_row(arrived, d, keep);
+            for (Message const& m : arrived)
+                if (std::uint32_t const owed = serve_row(m, d); owed != 0) keep(m, owed);
+        }
+        /// Serves the arrivals of a row, for a host, if there is room ahead for all. `keep(m, owed)` takes a parcel that waits for a column.
+        template <class Arrived, class Keep>
+        TILEMESH_KERNEL void pass_row(Arrived const& all, Direction d, Keep const& keep) noexcept
+        {
+            Way& w = way[index(d)];
+            Message* next = w.parcels + w.n;
+            std::uint32_t const x = here.tile.x();
+            constexpr std::uint32_t part = 64;
+            Message const* turns[part];
+            for (Message const *m = all.begin(), *const end = all.end(); m != end;) {
+                std::uint32_t n = 0; // no branch: a predictor cannot know the tiles
+                for (Message const* const stop = end - m < part ? end : m + part; m != stop; ++m) {
+                    std::uint32_t const c = x - m->first().x(); // wraps west of its columns
+                    // The tiles that it names lie ahead, or in this column.
+                    std::uint32_t const mine = m->to & 0xffu << 8 * (c % parcel_columns) & all_if_below(c, parcel_columns), rest = m->to ^ mine;
+                    turns[n] = m;
+                    n += mine != 0 ? 1u : 0u;
+                    *next = *m;
+                    next->to = rest;
+                    next += rest != 0 ? 1 : 0;
+                }
+                for (std::uint32_t i = 0; i < n; ++i)
+                    if (std::uint32_t const owed = serve_column(*turns[i], x - turns[i]->first().x(), turns[i]->to); owed != 0) keep(*turns[i], owed);
             }
+            w.n = static_cast<std::uint32_t>(next - w.parcels);
         }
     };
 
@@ -538,8 +637,6 @@ private:
         if (way != own_column && (record | part) != 0 && record < n && !tile.room(row[way])) return true;
         for (; record < n; ++record, part = 0) {
             Offered const& offer = offers[record];
-            if constexpr (Access::on_host)
-                if (record + splats_ahead < n) __builtin_prefetch(&Access::splat_of(frame, seen[record + splats_ahead]));
             if (offer.parts == 0) continue;
             if (offer.parts == 1) {
                 auto const c0 = static_cast<std::int32_t>(first) - static_cast<std::int32_t>(offer.first.x());

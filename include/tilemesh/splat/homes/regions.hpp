@@ -84,6 +84,15 @@ struct Operation {
 };
 using Operations = tilemesh::Operations<Operation>;
 
+/// The key of a splat: the bits of its depth, then its id.
+struct Key {
+    std::uint32_t depth, id;
+};
+constexpr bool operator<(Key const& a, Key const& b) noexcept
+{
+    return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
+}
+
 // --- channels ------------------------------------------------------------------------------------------------------------
 
 /// A splat on its way to at most 4 x 8 tiles: byte c of `to` names the tiles of column first.x + c, bit r of that byte the tile of row
@@ -104,7 +113,10 @@ struct Parcel<Splat> {
         return p;
     }
     TileId first() const noexcept { return splat.anchor; }
-    std::uint32_t depth_bits() const noexcept { return __builtin_bit_cast(std::uint32_t, splat.depth); }
+    Key key() const noexcept
+    {
+        return {__builtin_bit_cast(std::uint32_t, splat.depth), static_cast<std::uint32_t>(id)};
+    }
     Splat const& projected() const noexcept { return splat; }
 };
 static_assert(sizeof(Parcel<Splat>) == 64);
@@ -282,15 +294,6 @@ TILEMESH_KERNEL std::uint32_t heap_levels(std::uint32_t n) noexcept
     return levels;
 }
 
-/// The key of a splat: the bits of its depth, then its id.
-struct Key {
-    std::uint32_t depth, id;
-};
-constexpr bool operator<(Key const& a, Key const& b) noexcept
-{
-    return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
-}
-
 /// The place of a block in the frame: its first pixel. `exists` is false if the tile has no block of that number.
 struct BlockAt {
     std::uint32_t x, y;
@@ -319,8 +322,8 @@ constexpr std::uint32_t district_shift(std::uint32_t side) noexcept
 /// The windows of districts, as a home asks for those of tiles.
 class DistrictTable {
 public:
-    DistrictTable(Table const& table, Fold const& fold, std::uint32_t shift) noexcept
-        : table_(table.begin()), columns_(districts(fold.x.tiles, shift)), shift_(shift)
+    DistrictTable(WindowNotice const* table, Fold const& fold, std::uint32_t shift) noexcept
+        : table_(table), columns_(districts(fold.x.tiles, shift)), shift_(shift)
     {
     }
     /// A row of tiles.
@@ -337,19 +340,22 @@ private:
 };
 /// The windows of a row of tiles.
 template <class AnyFold>
-TILEMESH_KERNEL WindowNotice const* windows_of_row(Table const& table, AnyFold const& fold, std::uint32_t y) noexcept
+TILEMESH_KERNEL WindowNotice const* windows_of_row(WindowNotice const* table, AnyFold const& fold, std::uint32_t y) noexcept
 {
-    return table.begin() + y * fold.x.tiles;
+    return table + y * fold.x.tiles;
 }
 template <class AnyFold>
 TILEMESH_KERNEL DistrictTable::Row windows_of_row(DistrictTable const& table, AnyFold const&, std::uint32_t y) noexcept
 {
     return table.row(y);
 }
-/// Calls f with what a home asks for windows.
+/// Calls f with what a home asks for windows. After Tell all tables are equal, so the homes of a host share one, which stays in its caches.
 template <class Frame, class F>
-TILEMESH_KERNEL decltype(auto) with_windows(Frame const& frame, Table const& table, F const& f) noexcept
+TILEMESH_KERNEL decltype(auto) with_windows(Frame const& frame, Table const& own, F const& f) noexcept
 {
+    WindowNotice const* table = own.begin();
+    if constexpr (splat::Access<Frame>::on_host)
+        if (frame.windows.get() != nullptr) table = frame.windows.get();
     if constexpr (Frame::has_districts)
         return f(DistrictTable(table, frame.fold, frame.district_shift));
     else
