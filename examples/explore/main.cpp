@@ -137,6 +137,10 @@ std::string line_of(Point const& p)
     json["storage"] = p.storage;
     json["channel"] = p.channel;
     json["waiting"] = p.waiting;
+    json["beam"] = p.beam;
+    json["whole_channels"] = p.whole_channels;
+    json["weakest"] = p.weakest;
+    json["weakest_share"] = p.weakest_share;
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 std::optional<Point> point_of(std::string const& line)
@@ -154,10 +158,14 @@ try {
     if (!json.at("later_ms").is_null()) p.later_ms = json.at("later_ms").get<double>();
     p.slowest_to_mean = json.at("slowest_to_mean").get<double>();
     p.host_ms = json.at("host_ms").get<double>();
+    p.whole_channels = json.at("whole_channels").get<bool>();
+    p.weakest = json.at("weakest").get<std::string>();
+    p.weakest_share = json.at("weakest_share").get<double>();
     for (auto const& [key, to] : {std::pair("sram_bytes", &p.sram_bytes), std::pair("exchanged_bytes", &p.exchanged_bytes), std::pair("lost", &p.lost),
                                   std::pair("cycles", &p.cycles), std::pair("exchanges", &p.exchanges), std::pair("passes", &p.passes), std::pair("pairs", &p.pairs)})
         *to = json.at(key).get<std::uint64_t>();
-    for (auto const& [key, to] : {std::pair("storage", &p.storage), std::pair("channel", &p.channel), std::pair("waiting", &p.waiting)})
+    for (auto const& [key, to] : {std::pair("storage", &p.storage), std::pair("channel", &p.channel), std::pair("beam", &p.beam),
+                                  std::pair("waiting", &p.waiting)})
         *to = json.at(key).get<std::uint32_t>();
     return p;
 } catch (Json::exception const&) { // a line that is not whole: its point runs again
@@ -204,6 +212,7 @@ public:
         for (std::size_t i = 0; i < study.settings.size(); ++i) {
             auto sized = sizes_of(study.settings[i]);
             auto key = run_key(study.settings[i], sized);
+            sram_.push_back(sized.sram_bytes);
             digests_.push_back(point_digest(study.settings[i], key));
             if (auto const known = found.find(digests_[i]); known != found.end()) {
                 points_[i] = known->second;
@@ -271,6 +280,7 @@ private:
         points_[i].name = study_.settings[i].name;
         points_[i].map = study_.settings[i].subject->name;
         points_[i].digest = digests_[i];
+        points_[i].sram_bytes = sram_[i]; // points of one run may have different machines
     }
     void run_group(Group const& group, std::uint32_t threads)
     {
@@ -346,6 +356,7 @@ private:
     Study const& study_;
     std::vector<Group> groups_;
     std::vector<std::string> digests_;
+    std::vector<std::uint64_t> sram_;
     std::vector<Point> points_;
     std::vector<bool> done_;
     std::size_t taken_over_ = 0, ran_ = 0;
@@ -382,8 +393,9 @@ int run(Options const& o)
         text += "the front of " + map + " (" + of->subject->view + "):\n";
         for (auto const i : front) {
             if (front.size() > 20 && i != front.front() && i != front.back()) continue; // the line below counts these
-            text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms, " +
-                    thousands(points[i].sram_bytes) + " bytes of SRAM a tile, " + thousands(points[i].exchanged_bytes) + " bytes exchanged\n";
+            text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms (" + explore::weakest_text(points[i]) + "), " +
+                    thousands(points[i].sram_bytes) + " bytes of SRAM a tile (" + thousands(explore::free_bytes(study.settings[i], points[i])) + " free), " +
+                    thousands(points[i].exchanged_bytes) + " bytes exchanged" + (points[i].whole_channels ? " by whole channels\n" : " as messages\n");
         }
         if (front.size() > 20) text += "  (" + thousands(front.size() - 2) + " points between the fastest and the slowest are in the table)\n";
         text += knee_text(values, front) + "\n";

@@ -105,7 +105,7 @@ std::string all_measures(Point const& p)
 {
     auto const mark = mark_of(p);
     return p.name + ": " + psnr_text(p.psnr_db) + " dB, " + decimals(p.modelled_ms, 4) + " ms modelled, " + thousands(p.sram_bytes) + " bytes of SRAM a tile, " +
-           thousands(p.exchanged_bytes) + " bytes exchanged" + (mark.empty() ? "" : "; " + mark);
+           thousands(p.exchanged_bytes) + " bytes exchanged" + (p.whole_channels ? " by whole channels" : " as messages") + (mark.empty() ? "" : "; " + mark);
 }
 
 /// A diagram of two measures of one map's points. A point that loses something is a red cross, one whose time leaves something out a ring.
@@ -148,13 +148,23 @@ std::string diagram(std::vector<Point> const& points, std::string const& map, st
 
 } // namespace
 
+std::string weakest_text(Point const& p)
+{
+    return report::share_text(p.weakest_share, 1) + " " + p.weakest.substr(0, p.weakest.find(':'));
+}
+std::uint64_t free_bytes(Setting const& s, Point const& p)
+{
+    auto const sram = s.machine->need("sram");
+    return sram - std::min(sram, p.sram_bytes);
+}
+
 std::string csv_of(Study const& study, std::vector<Point> const& points)
 {
     auto const values = plain(points);
     auto const front = front_of(values);
     auto const knees = knees_of(values);
     std::string text = "name,map,machine,program,preset,quality,capacities,costs,psnr_db,modelled_ms,cycles,sram_bytes,exchanged_bytes,lost,left_out,exchanges,"
-                       "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,first_ms,later_ms,view,picture,refused\n";
+                       "passes,pairs,slowest_to_mean,storage,channel,waiting,on_front,knee,first_ms,later_ms,free_bytes,bytes_of,weakest,beam,view,picture,refused\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
         auto const& p = points[i];
         auto const& s = study.settings[i];
@@ -175,6 +185,10 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
         add(std::find(knees.begin(), knees.end(), i) != knees.end() ? "1" : "0");
         add(p.refused.empty() ? number(p.first_ms) : "");
         add(p.refused.empty() && p.later_ms ? number(*p.later_ms) : "");
+        count(free_bytes(s, p));
+        add(!p.refused.empty() ? "" : p.whole_channels ? "channels" : "messages");
+        add(p.refused.empty() ? p.weakest : "");
+        count(p.beam);
         add(s.subject->view);
         add(p.picture);
         text += quoted(p.refused) + "\n";
@@ -211,20 +225,22 @@ std::string page_of(Study const& study, std::vector<Point> const& points, std::s
     html.paragraph("The front has the points that no other one beats by error, modelled time, SRAM of a tile and bytes exchanged. " + std::string(tilemesh::knee_meaning) +
                    " Blue: on the front, a click opens its picture; the large dot is the knee. A red cross loses records, copies or tiles, so that its time is not that of a whole picture: it is on no front. A ring is a time "
                    "\"at least\": a number of its machine is unknown, and it is on no front (" + thousands(left_out) + " points). Grey: another point is better. Modelled time is the mean of all frames; the columns \"first\" and \"later\" have the first frame, "
-                   "in which the records find their tiles, and the mean of the others. SRAM is what the sizes use, not what the machine has. Bytes exchanged are the capacities of all "
-                   "channels on a machine that is priced by capacity, and the messages on the others, both with their heads: compare them on one kind of machine only.");
+                   "in which the records find their tiles, and the mean of the others. The weakest prices are the worst known ones that the time rests on. SRAM is what the sizes use, not what the machine has; a tile "
+                   "without room for one more slot of storage counts as full. Bytes exchanged are those of whole channels on a machine that is priced by capacity, and of messages on the others, both with "
+                   "their heads: the front compares only bytes of one kind.");
     Axis const ms{"modelled ms a frame", [](Point const& p) { return p.modelled_ms; }};
     Axis const psnr{"PSNR of the worst frame, dB", [](Point const& p) { return std::min(p.psnr_db, 150.0); }};
     Axis const sram{"SRAM that a tile uses, bytes", [](Point const& p) { return static_cast<double>(p.sram_bytes); }};
     Axis const bytes{"bytes exchanged", [](Point const& p) { return static_cast<double>(p.exchanged_bytes); }};
     auto const row_of = [&](std::size_t i) -> std::vector<std::string> {
         auto const& p = points[i];
-        if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", "", "", "", p.refused};
-        return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), decimals(p.first_ms, 4), p.later_ms ? decimals(*p.later_ms, 4) : "", thousands(p.sram_bytes), thousands(p.exchanged_bytes), thousands(p.lost),
+        if (!p.refused.empty()) return {p.name, "", "", "", "", "", "", "", "", "", "", "", "", p.refused};
+        return {p.name, psnr_text(p.psnr_db), decimals(p.modelled_ms, 4), decimals(p.first_ms, 4), p.later_ms ? decimals(*p.later_ms, 4) : "", weakest_text(p) + p.weakest.substr(std::min(p.weakest.find(':'), p.weakest.size())),
+                thousands(p.sram_bytes), thousands(free_bytes(study.settings[i], p)), thousands(p.exchanged_bytes) + (p.whole_channels ? " (channels)" : " (messages)"), thousands(p.lost),
                 thousands(p.exchanges), decimals(p.slowest_to_mean, 2),
-                thousands(p.storage) + " / " + thousands(p.channel) + " / " + thousands(p.waiting), (is_knee(i) ? "knee" : "") + std::string(is_knee(i) && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
+                thousands(p.storage) + " / " + thousands(p.channel) + (p.beam != p.channel && p.beam != 0 ? " and " + thousands(p.beam) : "") + " / " + thousands(p.waiting), (is_knee(i) ? "knee" : "") + std::string(is_knee(i) && !mark_of(p).empty() ? "; " : "") + mark_of(p)};
     };
-    std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "first, ms", "later, ms", "SRAM, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile",
+    std::vector<std::string> const headers = {"point", "PSNR, dB", "modelled ms", "first, ms", "later, ms", "weakest prices, of the cycles", "SRAM, bytes", "free, bytes", "bytes exchanged", "lost", "exchanges", "slowest / mean tile",
                                               "slots: storage / channel / waiting", "mark"};
     std::vector<std::vector<std::string>> rows;
     std::vector<std::string> diagrams;

@@ -4,7 +4,10 @@
 #include "../render_map/renderers.hpp"
 #include "../shared/sha256.hpp"
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <memory>
@@ -12,10 +15,12 @@
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/string_stream.hpp>
+#include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <utility>
 
@@ -42,24 +47,61 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     return options;
 }
 
+/// What the sizes use of a tile's SRAM. A tile without room for one more slot of storage is full: what is left is only rounding.
+std::uint64_t used_sram(Setting const& s, std::uint64_t bytes, std::uint64_t with_one_slot_more)
+{
+    auto const sram = s.machine->need("sram");
+    return with_one_slot_more > sram ? sram : bytes;
+}
+
+tilemesh::Extent2 tile_of(Setting const& s)
+{
+    auto const& view = s.subject->views.front();
+    auto const tiling = tilemesh::tiling_for(options_of(s, 1), view.width, view.height);
+    return {tiling.tile_width, tiling.tile_height};
+}
+
 /// An error of the renderer, with an advice that a study can follow.
 std::string in_words_of_a_study(std::string const& error)
 {
-    constexpr char const* remedy = "name fewer slots in \"sizes\", a larger \"grid\" or a machine with more \"sram\"";
-    if (error.find("does not fit in a tile's SRAM") != error.npos) return with_remedy(error, remedy);
+    if (error.find("does not fit in a tile's SRAM") != error.npos)
+        return with_remedy(error, "name fewer slots in \"sizes\", or a machine with more \"sram\"");
     if (error.find(" slots hold ") != error.npos) // of all tiles: too few for the map
         return with_remedy(error, "name more slots of \"storage\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
     return error;
 }
+/// The advice for a setting that does not fit. With one slot of each list it takes `least` bytes, and on all of the machine's tiles `small`.
+std::string room_advice(Setting const& s, std::uint64_t least, std::uint64_t small)
+{
+    auto const sram = s.machine->need("sram");
+    if (least <= sram) return "name fewer slots in \"sizes\", or a machine with more \"sram\"";
+    std::string const grid = small <= sram ? "name a larger \"grid\" and fewer slots in \"sizes\", or" : "name";
+    return grid + " a machine with more \"sram\" than " + report::thousands(least) + " bytes, which one slot of each list takes";
+}
+
+render::SetupChoice anchored_of(Setting const& s)
+{
+    return render::fitted(preset_of(s.preset), s.subject->map.sh_degree, true, true);
+}
+std::string anchored_advice(Setting const& s)
+{
+    auto setup = anchored_of(s);
+    auto const tile = tile_of(s);
+    auto const& view = s.subject->views.front();
+    auto const tiles = s.machine->need("tiles");
+    setup.machine = size_of(*s.machine);
+    for (auto* slots : {&setup.sizes.storage, &setup.sizes.road, &setup.sizes.beam, &setup.sizes.waiting}) *slots = std::min(*slots, 1u);
+    setup.sizes.tile_pixels = tile.width * tile.height;
+    auto const least = sram_bytes_of(setup);
+    setup.sizes.tile_pixels = static_cast<std::uint32_t>((std::uint64_t{view.width} * view.height + tiles - 1) / tiles);
+    return room_advice(s, least, sram_bytes_of(setup));
+}
 
 void size_anchored(Setting const& s, Sized& out)
 {
-    auto const& view = s.subject->views.front();
-    auto const tiling = tilemesh::tiling_for(options_of(s, 1), view.width, view.height);
-    tilemesh::Extent2 const tile{tiling.tile_width, tiling.tile_height};
+    auto const tile = tile_of(s);
     auto const& asked = s.capacities;
-    auto setup = render::fitted(preset_of(s.preset), s.subject->map.sh_degree, true, true);
-    setup = render::on_machine(setup, size_of(*s.machine), tile.width * tile.height);
+    auto setup = render::on_machine(anchored_of(s), size_of(*s.machine), tile.width * tile.height);
     if (!asked.of_preset) {
         setup.sizes.road = asked.road.value_or(setup.sizes.road);
         setup.sizes.beam = asked.beam.value_or(setup.sizes.beam);
@@ -70,43 +112,96 @@ void size_anchored(Setting const& s, Sized& out)
     }
     auto const facts = render::facts_of(setup); // refuses what does not fit
     out.anchored = setup;
-    out.sram_bytes = facts.sram_bytes;
-    out.storage = setup.sizes.storage;
-    out.channel = std::max(setup.sizes.road, setup.sizes.beam);
+    ++setup.sizes.storage;
+    out.sram_bytes = used_sram(s, facts.sram_bytes, sram_bytes_of(setup));
+    out.storage = out.anchored.sizes.storage;
+    out.channel = setup.sizes.road;
+    out.beam = setup.sizes.beam;
     out.waiting = setup.sizes.waiting;
+}
+
+render::HomesLayout layout_of(Setting const& s, render::HomesChoice const& homes)
+{
+    auto const& view = s.subject->views.front();
+    return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+}
+/// The homes of a setting with the slots of its preset, as far as they fit on the machine.
+render::HomesChoice homes_of(Setting const& s)
+{
+    auto const setup = anchored_of(s);
+    render::HomesChoice homes;
+    homes.name = setup.name;
+    homes.fit = true;
+    homes.district = 0;
+    homes.sh_degree = s.subject->map.sh_degree;
+    homes.colour = setup.colour;
+    homes.rules = setup.rules;
+    auto kept = homes;
+    kept.machine = size_of(*s.machine);
+    auto const& view = s.subject->views.front();
+    bool const fits = keeps_sizes(kept, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+    return fits ? kept : render::on_machine(homes, kept.machine);
+}
+std::string homes_advice(Setting const& s)
+{
+    auto homes = homes_of(s);
+    homes.fit = false;
+    for (auto* slots : {&homes.sizes.homes, &homes.sizes.held, &homes.sizes.parcels, &homes.sizes.waiting}) *slots = 1;
+    homes.machine.sram_bytes = std::numeric_limits<std::uint32_t>::max();
+    homes.district = std::bit_ceil(std::max(s.grid.width, s.grid.height)); // one window, which takes least
+    auto const least = layout_of(s, homes).ledger.bytes;
+    return room_advice(s, least, least);
+}
+/// Refuses a preset's storage, or "the rest", of less than `least_held` slots: with the bytes that are missing, and a number that does run.
+[[noreturn]] void refuse_rest(Setting const& s, render::HomesChoice homes)
+{
+    auto const homes_with = [&s](render::HomesChoice const& c) { // of a tile; 0: it does not fit
+        try {
+            return layout_of(s, c).sizes.homes;
+        } catch (tilemesh::Error const&) {
+            return 0u;
+        }
+    };
+    auto narrow = homes;
+    narrow.sizes.parcels = narrow.sizes.waiting = 1;
+    bool const narrow_fits = homes_with(narrow) != 0;
+    homes.sizes.held = 1;
+    auto sizes = layout_of(s, homes).sizes; // refuses what does not fit even so
+    auto runs = render::least_held;
+    auto held_homes = 0u;
+    for (; runs > 1; runs /= 2) {
+        homes.sizes.held = runs;
+        held_homes = homes_with(homes);
+        if (held_homes != 0) break;
+    }
+    auto const grid = std::uint64_t{s.grid.width} * s.grid.height;
+    sizes.homes = static_cast<std::uint32_t>((s.subject->map.gaussians.size() + grid - 1) / grid);
+    sizes.held = render::least_held;
+    auto const bytes = render::HomesLedger(homes, sizes).bytes, sram = std::uint64_t{homes.machine.sram_bytes};
+    auto const count = [](std::uint64_t n) { return report::thousands(n); };
+    auto const what = s.capacities.of_preset ? "preset " + s.preset : std::string("storage \"the rest\"");
+    throw tilemesh::Error(what + " of homes on machine " + s.machine->name + " (" + count(render::least_held) +
+                          " slots of storage, the fewest that are chosen unasked, are " + count(bytes - std::min(bytes, sram)) + " bytes over beside " +
+                          count(sizes.homes) + " homes and channels of " + count(sizes.parcels) + " slots); name a number of \"storage\" in \"sizes\", as " +
+                          count(runs) + (held_homes != 0 && held_homes < sizes.homes ? " (the map then comes in chapters)" : "") +
+                          (narrow_fits ? ", fewer slots of \"channel\" and \"waiting\"," : "") + " or a machine with more \"sram\"");
 }
 
 void size_homes(Setting const& s, Sized& out)
 {
-    auto const setup = render::fitted(preset_of(s.preset), s.subject->map.sh_degree, true, true);
-    if (!setup.holds) throw tilemesh::Error("homes with preset " + s.preset + " (homes drop nothing); choose preset lossless");
+    auto homes = homes_of(s);
     auto const& asked = s.capacities;
-    render::HomesChoice homes;
-    homes.name = setup.name;
-    homes.fit = true;
-    homes.sh_degree = s.subject->map.sh_degree;
-    homes.colour = setup.colour;
-    homes.rules = setup.rules;
-    homes = render::on_machine(homes, size_of(*s.machine));
     if (!asked.of_preset) {
         homes.sizes.parcels = asked.road.value_or(homes.sizes.parcels);
         homes.sizes.waiting = asked.waiting.value_or(homes.sizes.waiting);
         homes.sizes.held = asked.storage.value_or(std::numeric_limits<std::int32_t>::max());
     }
-    auto const& view = s.subject->views.front();
-    auto const layout_of = [&] {
-        return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
-    };
     auto const layout = [&] {
-        if (!asked.of_preset && asked.storage) return layout_of();
+        if (!asked.of_preset && asked.storage) return layout_of(s, homes);
         try {
-            return layout_of();
-        } catch (tilemesh::Error const&) { // of the preset or "the rest", which name no number: what does one slot lack?
-            homes.sizes.held = 1;
-            static_cast<void>(layout_of());
-            throw tilemesh::Error((asked.of_preset ? "preset " + s.preset : "storage \"the rest\"") + " of homes on machine " + s.machine->name +
-                                  " (beside homes and channels of " + std::to_string(homes.sizes.parcels) + " slots, a tile has room for fewer than " +
-                                  std::to_string(render::least_held) + " splats); name fewer slots of \"channel\" in \"sizes\", a larger \"grid\" or a machine with more \"sram\"");
+            return layout_of(s, homes);
+        } catch (tilemesh::Error const&) { // of the preset or "the rest", which name no number
+            refuse_rest(s, homes);
         }
     }();
     if (!asked.of_preset && asked.storage && layout.sizes.held < *asked.storage)
@@ -114,8 +209,10 @@ void size_homes(Setting const& s, Sized& out)
                               std::to_string(layout.sizes.held) + " slots beside homes and channels); choose at most that many");
     homes.sizes = layout.sizes;
     homes.fit = false;
+    homes.district = layout.district;
     out.homes = homes;
-    out.sram_bytes = layout.ledger.bytes;
+    ++homes.sizes.held;
+    out.sram_bytes = used_sram(s, layout.ledger.bytes, render::HomesLedger(homes, homes.sizes).bytes);
     out.storage = layout.sizes.held;
     out.channel = layout.sizes.parcels;
     out.waiting = layout.sizes.waiting;
@@ -130,8 +227,20 @@ Sized sizes_of(Setting const& s)
         if (std::uint64_t{s.grid.width} * s.grid.height > s.machine->need("tiles"))
             throw tilemesh::Error("a grid of " + std::to_string(s.grid.width) + " x " + std::to_string(s.grid.height) + " tiles (machine " + s.machine->name +
                                   " has " + std::to_string(s.machine->need("tiles")) + "); choose a smaller grid");
-        if (s.homes) size_homes(s, out);
-        else size_anchored(s, out);
+        if (std::uint64_t{s.grid.width} * s.grid.height > most_tiles)
+            throw tilemesh::Error("a grid of " + std::to_string(s.grid.width) + " x " + std::to_string(s.grid.height) + " tiles (machine " +
+                                  s.machine->name + "; explore takes at most " + report::thousands(most_tiles) +
+                                  "); give the machine fewer \"columns\" and \"rows\", or all machines a smaller \"grid\"");
+        if (s.homes && !anchored_of(s).holds)
+            throw tilemesh::Error("homes with preset " + s.preset + " (homes drop nothing); choose preset lossless");
+        try {
+            if (s.homes) size_homes(s, out);
+            else size_anchored(s, out);
+        } catch (tilemesh::Error const& error) {
+            std::string const text = error.what();
+            if (text.find("does not fit in a tile's SRAM") == text.npos) throw;
+            out.refused = with_remedy(text, s.homes ? homes_advice(s) : anchored_advice(s));
+        }
     } catch (tilemesh::Error const& error) {
         out.refused = in_words_of_a_study(error.what());
     }
@@ -153,7 +262,7 @@ std::string run_key(Setting const& s, Sized const& sized)
     auto const& a = sized.anchored.sizes;
     auto const& h = sized.homes.sizes;
     if (!sized.refused.empty()) add(sized.refused);
-    else if (s.homes) for (auto const n : {h.homes, h.held, h.parcels, h.waiting}) add(n);
+    else if (s.homes) for (auto const n : {h.homes, h.held, h.parcels, h.waiting, sized.homes.district}) add(n);
     else for (auto const n : {a.storage, a.road, a.beam, a.waiting, a.tile_pixels}) add(n);
     return text;
 }
@@ -203,6 +312,7 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
     out.point.sram_bytes = sized.sram_bytes;
     out.point.storage = sized.storage;
     out.point.channel = sized.channel;
+    out.point.beam = sized.beam;
     out.point.waiting = sized.waiting;
     out.point.host_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return out;
@@ -234,9 +344,13 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
     std::vector<std::uint64_t> busy;
     std::uint64_t sent_bytes = 0; // messages and heads
     std::uint64_t first_cycles = 0;
+    std::array<std::uint64_t, tilemesh::price_kind_names.size()> by_kind{};
+    std::vector<tilemesh::Confidence> known;
     for (auto const& frame : frames.frames) {
         auto const cost = model_cost(model, frame.trace, frame.grid);
         point.cycles += cost.cycles;
+        known.push_back(confidence_of(model, frame.trace, cost));
+        for (std::size_t k = 0; k < by_kind.size(); ++k) by_kind[k] += known.back().cycles[k];
         if (&frame == &frames.frames.front()) first_cycles = cost.cycles;
         for (auto const& superstep : frame.trace.supersteps)
             for (auto const& tile : superstep.tiles) sent_bytes = std::accumulate(std::begin(tile.sent_bytes), std::end(tile.sent_bytes), sent_bytes);
@@ -250,7 +364,19 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
     if (later > 0) point.later_ms = milliseconds(model, point.cycles - first_cycles) / later;
     auto const sum = std::accumulate(busy.begin(), busy.end(), 0.0);
     point.slowest_to_mean = sum > 0 ? static_cast<double>(*std::max_element(busy.begin(), busy.end())) * static_cast<double>(busy.size()) / sum : 1;
-    point.exchanged_bytes = model.exchange_cost == tilemesh::ExchangeCost::capacity ? point.capacity_bytes : sent_bytes;
+    point.whole_channels = model.exchange_cost == tilemesh::ExchangeCost::capacity;
+    point.exchanged_bytes = point.whole_channels ? point.capacity_bytes : sent_bytes;
+    std::size_t weakest = by_kind.size() - 1;
+    while (weakest > 0 && by_kind[weakest] == 0) --weakest;
+    point.weakest = tilemesh::price_kind_names[weakest];
+    point.weakest_share = point.cycles != 0 ? static_cast<double>(by_kind[weakest]) / static_cast<double>(point.cycles) : 0;
+    std::vector<std::string> names;
+    for (auto const& one : known) { // those of the first frame with the most cycles come first
+        if (static_cast<std::size_t>(one.weakest) != weakest) continue;
+        for (auto const& name : one.names)
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+    for (auto const& name : names) point.weakest += (&name == names.data() ? ": " : ", ") + name;
     return point;
 }
 

@@ -25,17 +25,22 @@ struct Point : tilemesh::StudyPoint {
     std::uint64_t exchanges = 0, passes = 0, pairs = 0, capacity_bytes = 0;
     double first_ms = 0;            ///< modelled, of the first frame, in which the records find their tiles
     std::optional<double> later_ms; ///< modelled, mean of the other frames; nothing if there are none
-    double slowest_to_mean = 0;     ///< computed cycles of the slowest tile over those of the mean tile
+    double slowest_to_mean = 0;     ///< computed cycles of all frames: those of the busiest tile over those of the mean tile
+    std::string weakest;            ///< "guessed: vote, sync": the weakest kind of the prices behind the time, and its prices
+    double weakest_share = 0;       ///< of them in the cycles
     double host_ms = 0;             ///< of the run, which several points may share
-    std::uint32_t storage = 0, channel = 0, waiting = 0; ///< slots
+    std::uint32_t storage = 0, channel = 0, beam = 0, waiting = 0; ///< slots; homes have no beam
 };
+
+/// The most tiles that a study gives to a point; a wafer comes in part.
+inline constexpr std::uint64_t most_tiles = std::uint64_t{1} << 18;
 
 /// The sizes of a setting on its machine, by either program.
 struct Sized {
     tilemesh::render::SetupChoice anchored{};
     tilemesh::render::HomesChoice homes{};
-    std::uint64_t sram_bytes = 0;
-    std::uint32_t storage = 0, channel = 0, waiting = 0;
+    std::uint64_t sram_bytes = 0;   ///< all of the machine's, if one more slot of storage would not fit
+    std::uint32_t storage = 0, channel = 0, beam = 0, waiting = 0;
     std::string refused;            ///< why it cannot run
 };
 /// Never throws for a setting that does not fit: it says so.

@@ -279,7 +279,7 @@ private:
             auto chosen = scene::relative_to_origin(scene::select_cameras(all, view.camera, out->map.name), out->map.origin).front();
             if (!chosen.names_near) chosen.camera.near_depth = scene::near_for(out->map, chosen.camera);
             first = scene::resized(chosen.camera, size.width, size.height);
-            out->view = "camera " + shared::one_line(chosen.name, 60) + " of " + shared::one_line(view.cameras, 60);
+            out->view = "camera " + shared::one_line(label(chosen), 60) + " of " + shared::one_line(view.cameras, 60);
             cameras_digest = shared::sha256(text_of(path));
         }
         if (frames_ > 1) out->view += ", " + std::to_string(frames_) + " frames around the map's middle";
@@ -324,8 +324,6 @@ private:
     {
         auto const grid = tilemesh::grid_of(machine);
         if (!grid) where.refuse("has machine " + shown(machine.name) + " without columns or rows", "add \"grid\": [COLUMNS, ROWS]");
-        if (std::uint64_t{grid->width} * grid->height > (1u << 18))
-            where.refuse("has machine " + shown(machine.name) + " with more than 262,144 tiles", "add a smaller \"grid\": [COLUMNS, ROWS]");
         return {grid->width, grid->height};
     }
     static void add_sizes(Value const& value, std::vector<Capacities>& to)

@@ -79,7 +79,8 @@ tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_de
     homes.name = setup.name;
     homes.fit = true;
     homes.district = 0;
-    if (choice.machine == MachineKind::file && choice.file.name != nullptr) homes = render::on_machine(homes, choice.file, choice.channel_slots);
+    if (choice.machine == MachineKind::file && choice.file.name != nullptr && !choice.keeps_homes)
+        homes = render::on_machine(homes, choice.file, choice.channel_slots);
     else homes.machine = setup.machine;
     if (choice.machine == MachineKind::test) homes.sizes.held = setup.sizes.storage;
     homes.sh_degree = sh_degree;

@@ -25,6 +25,7 @@ struct Choice {
     tilemesh::MachineSize file{};      ///< of MachineKind::file; Options::machine_file has its name. Without a name it is not read yet
     std::uint32_t tile_pixels = 0;     ///< of a file's machine: pixels of a tile in the largest frame
     std::uint32_t channel_slots = 0;   ///< of a file's machine: slots of a channel, if the user limits them
+    bool keeps_homes = false;          ///< of a file's machine: the sizes of homes fit there with the whole map, so that they stay
     EngineKind engine = EngineKind::threads;
     std::optional<SaturationKind> saturation{};
     bool largest_first = false; ///< what changes the picture most goes first and stays

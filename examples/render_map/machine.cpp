@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <tilemesh/model/machine_file.hpp>
+#include <tilemesh/render/homes_choice.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
+#include <utility>
 
 namespace render_map {
 
@@ -22,7 +24,7 @@ void load_machine(Options& options)
     options.machine_file = std::move(file);
 }
 
-void fit_machine(Options& options, std::vector<Shot> const& shots, std::vector<std::string>& notes)
+void fit_machine(Options& options, std::vector<Shot> const& shots, std::uint64_t records, std::uint32_t sh_degree, std::vector<std::string>& notes)
 {
     if (!options.machine_file) return;
     for (auto const& shot : shots) {
@@ -30,17 +32,30 @@ void fit_machine(Options& options, std::vector<Shot> const& shots, std::vector<s
         auto const pixels = std::uint64_t{tiling.tile_width} * tiling.tile_height;
         options.choice.tile_pixels = std::max(options.choice.tile_pixels, static_cast<std::uint32_t>(std::min<std::uint64_t>(pixels, 0xfffffffeu)));
     }
+    if (!options.channel_slots) {
+        auto kept = options.choice;
+        kept.keeps_homes = true;
+        auto const homes = homes_of(kept, sh_degree);
+        tilemesh::Extent2 last{};
+        options.choice.keeps_homes = std::all_of(shots.begin(), shots.end(), [&](Shot const& shot) { // many shots have one size
+            tilemesh::Extent2 const size{shot.camera.width, shot.camera.height};
+            auto const before = std::exchange(last, size);
+            return (size.width == before.width && size.height == before.height) || keeps_sizes(homes, options.renderer, size, records);
+        });
+    }
     notes.push_back(machine_text(*options.machine_file));
 }
 
-std::string free_sram(Options const& options, tilemesh::render::SetupFacts const& facts)
+std::string free_sram(Options const& options, tilemesh::report::RunReport const& run)
 {
-    if (!options.machine_file || facts.sram_bytes > facts.machine.sram_bytes) return {};
-    auto const free = facts.machine.sram_bytes - facts.sram_bytes;
-    if (free < facts.machine.sram_bytes / 10) return {};
+    std::uint64_t used = 0;
+    for (auto const& region : run.machine.ledger) used += region.budgeted ? region.bytes : 0;
+    if (!options.machine_file || used > run.machine.sram_bytes) return {};
+    auto const free = run.machine.sram_bytes - used;
+    if (free < run.machine.sram_bytes / 10) return {};
     using tilemesh::report::thousands;
-    return thousands(free) + " of a tile's " + thousands(facts.machine.sram_bytes) + " bytes stay free: preset " + facts.name + " has no more than " +
-           thousands(facts.sizes.storage) + " slots of storage";
+    return thousands(free) + " of a tile's " + thousands(run.machine.sram_bytes) + " bytes stay free: preset " + run.preset + " has no more than " +
+           thousands(run.machine.storage_slots) + " slots of storage";
 }
 
 } // namespace render_map

@@ -281,6 +281,7 @@ std::string note_missing(Options const& options, render_map::Needs const& needs,
 {
     auto const* const both = dynamic_cast<tilemesh::AutoRenderer const*>(&renderer);
     describe_homes(options, needs, renderer, run);
+    if (auto note = render_map::free_sram(options, run); !note.empty() && !run.frames.empty()) run.notes.push_back(std::move(note));
     if (both && !both->change_refused().empty())
         run.notes.push_back("the program of homes cannot take over: " + both->change_refused());
     auto const text = render_map::missing_text(run);
@@ -318,7 +319,7 @@ int run(Options options)
     auto shots = render_map::make_shots(options, shape, notes, sized_by);
     render_map::find_photographs(options, shots);
     options.choice.machine = render_map::machine_for(options, shots, notes);
-    render_map::fit_machine(options, shots, notes);
+    render_map::fit_machine(options, shots, gaussians, map.sh_degree, notes);
     render_map::check_sizes(options, shots);
     std::vector<splat::Camera> path;
     for (auto const& shot : shots) path.push_back(shot.camera);
@@ -332,7 +333,6 @@ int run(Options options)
     auto const renderer = render_map::make_renderer(options.choice, map, needs.used, options.renderer);
     auto result = describe_run(options, map, gaussians, *renderer);
     result.notes = notes;
-    if (auto note = render_map::free_sram(options, renderer->facts()); !note.empty()) result.notes.push_back(std::move(note));
     result.features = render_map::features(options, needs, map, file_degree, *renderer);
     auto const read = render_map::files_read(options, shots, sized_by);
     auto const out = render_map::prepare_outputs(options, shots, read);

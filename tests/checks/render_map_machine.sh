@@ -37,6 +37,12 @@ awk -v b="$(counter homes.json budgeted_bytes 0)" 'BEGIN { exit !(b <= 301738) }
 sed -E 's/^machine .*/machine double/; s/^sram +638976 (.*)/sram 1277952 \1/' "$machines/mk2.txt" >double.txt
 runs $small --machine double.txt --out double --report double.json
 has double.json "of a tile's 1,277,952 bytes stay free"
+# Homes that fit keep their sizes on a smaller machine, and the note has what the ledger leaves.
+sed -E 's/^machine .*/machine half/; s/^sram +638976 (.*)/sram 524288 \1/' "$machines/mk2.txt" >half.txt
+runs $small --machine half.txt --out half --report half.json --program homes
+equal "slots of homes that fit" "$(counter half.json storage_slots 0) $(counter half.json channel_slots 0)" "2800 120"
+free=$(printf '%s' "$((524288 - $(counter half.json budgeted_bytes 0)))" | sed -E 's/([0-9]+)([0-9]{3})$/\1,\2/')
+has half.json "\"$free of a tile's 524,288 bytes stay free: preset "
 # Its grid is that of the file, and a tile has as many pixels as the frame asks for.
 runs $small --machine "$machines/gpu_sm.txt" --out gpu --report gpu.json --trace gpu
 has gpu/report.html 'machine gpu-sm'

@@ -38,6 +38,7 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
             if (random.below(6) == 0) points.back().left_out = "vote";
             points.back().lost = random.below(4) / 3;
             points.back().map = random.below(3) == 0 ? "b" : "a";
+            points.back().whole_channels = random.below(2) == 0;
         }
         std::vector<std::size_t> by_hand;
         for (std::size_t i = 0; i < points.size(); ++i) {
@@ -46,7 +47,8 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
             for (auto const& other : points) {
                 double const its[4] = {-other.psnr_db, other.modelled_ms, double(other.sram_bytes), double(other.exchanged_bytes)};
                 bool all = other.refused.empty() && other.left_out.empty() && other.lost == 0 && other.map == points[i].map, some = false;
-                for (int k = 0; k < 4; ++k) {
+                int const measures = other.whole_channels == points[i].whole_channels ? 4 : 3; // the last are bytes: of one kind only
+                for (int k = 0; k < measures; ++k) {
                     all = all && its[k] <= mine[k];
                     some = some || its[k] < mine[k];
                 }
@@ -67,6 +69,17 @@ TEST_CASE("the front of 60 random studies is that of a loop over all pairs and a
         CHECK(of_maps == front);
         CHECK(front == by_hand);
     }
+}
+
+TEST_CASE("bytes of messages are no fewer than bytes of whole channels: a front compares bytes of one kind")
+{
+    std::vector<StudyPoint> points{point("channels", 40, 2, 100, 3300), point("messages", 40, 4, 100, 78), point("narrow", 40, 3, 100, 3000)};
+    points[0].whole_channels = points[2].whole_channels = true;
+    CHECK(beats(points[0], points[1]));
+    CHECK(front_of(points) == std::vector<std::size_t>{0, 2});
+    points[1].whole_channels = true;
+    CHECK_FALSE(beats(points[0], points[1]));
+    CHECK(front_of(points) == std::vector<std::size_t>{0, 2, 1});
 }
 
 TEST_CASE("the knee: the point above the chord, of gains in PSNR, then in SRAM; fewer than three points have none")

@@ -102,3 +102,22 @@ TEST_CASE("on_machine: a preset keeps its sizes where they fit; elsewhere channe
     CHECK(render::on_machine(homes, half.machine, 7).sizes.parcels == 7);
     CHECK(render::on_machine(homes, size_of_machine<Mk2>()).sizes == homes.sizes);
 }
+
+TEST_CASE("keeps_sizes: homes fit with a home for each record and all held splats, or they do not")
+{
+    // The homes that show 36,000 records at 640 x 360 on 40 x 36 tiles take 441,472 bytes (25 homes a tile).
+    render::HomesChoice homes;
+    homes.fit = true;
+    homes.machine.sram_bytes = 441'472;
+    RendererOptions options;
+    options.grid = {40, 36};
+    options.held_slots = 5000; // a limit of a frame changes nothing
+    Extent2 const frame{640, 360};
+    CHECK(render::keeps_sizes(homes, options, frame, 36'000));
+    CHECK_FALSE(render::keeps_sizes(homes, options, frame, 36'001)); // one home more
+    CHECK_FALSE(render::keeps_sizes(homes, options, frame, 3'000'000)); // comes in chapters
+    --homes.machine.sram_bytes;
+    CHECK_FALSE(render::keeps_sizes(homes, options, frame, 36'000));
+    homes.machine.sram_bytes = 1000; // nothing fits
+    CHECK_FALSE(render::keeps_sizes(homes, options, frame, 1));
+}

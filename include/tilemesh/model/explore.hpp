@@ -17,13 +17,14 @@ struct StudyPoint {
     double modelled_ms = 0;            ///< mean of the frames
     std::uint64_t sram_bytes = 0;      ///< that a tile uses
     std::uint64_t exchanged_bytes = 0; ///< by all tiles in all frames
+    bool whole_channels = false;       ///< the bytes are those of whole channels, not of messages: only bytes of one kind are compared
     std::uint64_t lost = 0;            ///< records, copies and unfinished tiles that the pictures lack
     std::string left_out{};            ///< numbers of the machine that are unknown, so that the time is one "at least"
     std::string refused{};             ///< why the setting cannot run; then no number counts
     std::string map{};                 ///< with its views: points of different maps are not compared
 };
 
-/// Does `a` beat `b`: of the same map, no number is worse, and one is better? A point that cannot run, loses
+/// Does `a` beat `b`: of the same map, no number is worse, and one is better? Bytes count if both points have them of one kind. A point that cannot run, loses
 /// something, or whose time leaves something out, beats none.
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept;
 

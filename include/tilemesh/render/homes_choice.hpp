@@ -78,6 +78,10 @@ TILEMESH_HOST HomesChoice fill_storage(HomesChoice c, Grid grid, Extent2 tile);
 /// slots, at most the choice's). With `fit`, the layout divides the rest among homes and held splats.
 TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, std::uint32_t channel_slots = 0);
 
+/// Do the choice's sizes fit on its machine, for frames of `size` pixels of a map of `records` records: a home for each, and no fewer held
+/// splats? Then a preset that comes from another machine can keep them, without `on_machine`.
+TILEMESH_HOST bool keeps_sizes(HomesChoice const& c, RendererOptions options, Extent2 size, std::uint64_t records);
+
 /// Gives a choice of any district those of a renderer by value, with `side` tiles along a side. Throws Error for a choice of others.
 TILEMESH_HOST void take_districts(HomesChoice& choice, std::uint32_t side);
 

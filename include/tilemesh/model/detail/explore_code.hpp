@@ -47,8 +47,10 @@ TILEMESH_HOST Gain gain_of(std::span<StudyPoint const> points, std::span<std::si
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept
 {
     if (!model_detail::counts(a) || a.map != b.map) return false;
-    bool const no_worse = a.psnr_db >= b.psnr_db && a.modelled_ms <= b.modelled_ms && a.sram_bytes <= b.sram_bytes && a.exchanged_bytes <= b.exchanged_bytes;
-    bool const better = a.psnr_db > b.psnr_db || a.modelled_ms < b.modelled_ms || a.sram_bytes < b.sram_bytes || a.exchanged_bytes < b.exchanged_bytes;
+    bool const one_kind = a.whole_channels == b.whole_channels, more = one_kind && a.exchanged_bytes > b.exchanged_bytes;
+    bool const fewer = one_kind && a.exchanged_bytes < b.exchanged_bytes;
+    bool const no_worse = a.psnr_db >= b.psnr_db && a.modelled_ms <= b.modelled_ms && a.sram_bytes <= b.sram_bytes && !more;
+    bool const better = a.psnr_db > b.psnr_db || a.modelled_ms < b.modelled_ms || a.sram_bytes < b.sram_bytes || fewer;
     return no_worse && better;
 }
 

@@ -157,6 +157,15 @@ TILEMESH_HOST HomesChoice on_machine(HomesChoice c, MachineSize const& machine, 
     return c;
 }
 
+TILEMESH_HOST bool keeps_sizes(HomesChoice const& c, RendererOptions options, Extent2 size, std::uint64_t records)
+try {
+    options.held_slots = 0;
+    auto const layout = layout_homes(c, options, size, records);
+    return layout.sizes.held >= c.sizes.held && std::uint64_t{layout.sizes.homes} * layout.grid.size() >= records;
+} catch (Error const&) {
+    return false;
+}
+
 TILEMESH_HOST void take_districts(HomesChoice& choice, std::uint32_t side)
 {
     if (choice.district == 0) choice.district = side;
