@@ -76,7 +76,7 @@ std::string room_advice(Setting const& s, std::uint64_t least, std::uint64_t sma
     auto const sram = s.machine->need("sram");
     if (least <= sram) return "name fewer slots in \"sizes\", or a machine with more \"sram\"";
     std::string const grid = small <= sram ? "name a larger \"grid\" and fewer slots in \"sizes\", or" : "name";
-    return grid + " a machine with more \"sram\" than " + report::thousands(least) + " bytes, which one slot of each list takes";
+    return grid + " a machine with more \"sram\" than " + report::thousands(least) + " bytes: one slot of each list takes these, and a picture several times as many";
 }
 
 render::SetupChoice anchored_of(Setting const& s)

@@ -170,8 +170,8 @@ cat >helped.json <<JSON
 JSON
 explores helped.json --csv helped.csv --out helped
 equal "what the advice brings" "$(awk -F, 'NR == 2 { print $14, $20 }' helped.csv)" "0 $storage"
-has many.csv '^scamp-5 / anchored / channel.*); name a machine with more ""sram"" than [0-9,]* bytes, which one slot of each list takes"$'
-has many.csv '^scamp-5 / homes / channel.*); name a machine with more ""sram"" than [0-9,]* bytes, which one slot of each list takes"$'
+has many.csv '^scamp-5 / anchored / channel.*); name a machine with more ""sram"" than [0-9,]* bytes: one slot of each list takes these, and a picture several times as many"$'
+has many.csv '^scamp-5 / homes / channel.*); name a machine with more ""sram"" than [0-9,]* bytes: one slot of each list takes these, and a picture several times as many"$'
 cat >fewer.json <<'JSON'
 {"size": [160, 90], "machines": [{"file": "mk2.txt", "sram": 150000}], "grid": [20, 18], "programs": ["anchored", "homes"],
  "sizes": [{"channel": 4000, "storage": 1}, {"channel": 1, "waiting": 1, "storage": 1}]}

@@ -90,7 +90,7 @@ TEST_CASE("the knee: the point above the chord, of gains in PSNR, then in SRAM; 
     CHECK(front == std::vector<std::size_t>{1, 2, 3, 0});
     CHECK(knee_of(points, front) == std::size_t{2});
     CHECK(knee_text(points, front) ==
-          "The knee, where more time buys more PSNR, is knee (55.00 dB, 2.0000 ms modelled, 100 bytes of SRAM a tile): the slowest point of the front, slow, takes 5.50 times as long.");
+          "The knee, where more time buys more PSNR, is knee (55.00 dB, 2.0000 ms modelled, 100 bytes of SRAM a tile): the point with the most PSNR, slow, takes 5.50 times as long.");
     // A time with losses is on no front and in no sentence, and beats no complete point.
     points[1].lost = 1234;
     CHECK(front_of(points) == std::vector<std::size_t>{2, 3, 0});

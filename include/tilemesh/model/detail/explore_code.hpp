@@ -125,9 +125,12 @@ TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::spa
     if (!knee)
         return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points buy " + bought + " with more time. The fastest is " +
                measures(front.front()) + ".";
-    auto const& slowest = points[front.back()];
-    return std::string("The knee, where more time buys ") + bought + ", is " + measures(*knee) + ": the slowest point of the front, " + slowest.name + ", takes " +
-           report::decimals(slowest.modelled_ms / points[*knee].modelled_ms, 2) + " times as long.";
+    char const* const with_most = gain == model_detail::Gain::psnr ? "most PSNR" : gain == model_detail::Gain::sram ? "least SRAM" : "fewest bytes exchanged";
+    auto const best = *std::max_element(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { // the first of equal ones is the fastest
+        return model_detail::gain_of(points[a], gain) < model_detail::gain_of(points[b], gain);
+    });
+    return std::string("The knee, where more time buys ") + bought + ", is " + measures(*knee) + ": the point with the " + with_most + ", " + points[best].name + ", takes " +
+           report::decimals(points[best].modelled_ms / points[*knee].modelled_ms, 2) + " times as long.";
 }
 
 }} // namespace tilemesh
