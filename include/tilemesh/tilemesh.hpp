@@ -95,6 +95,7 @@
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/lending.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>

@@ -115,25 +115,20 @@ public:
     template <std::uint32_t N = native_lanes>
     std::uint32_t all_tiles(std::uint32_t& tested) const noexcept
     {
-        std::int32_t column[N], row[N];
-        std::uint32_t bits[N];
-        std::uint32_t n = 0, to = 0;
+        Blocks<N> blocks;
+        std::uint32_t to = 0;
         auto const test = [&]() noexcept {
-            for (std::uint32_t k = n; k < N; ++k) column[k] = column[0], row[k] = row[0];
-            alignas(vector_bytes) std::int32_t seen[N];
-            store(seen, reach<N>(load_words<N>(column), load_words<N>(row)));
-            for (std::uint32_t k = 0; k < n; ++k) to |= seen[k] != 0 ? bits[k] : 0u;
-            tested += n;
-            n = 0;
+            tested += blocks.n;
+            to |= seen_of(blocks);
+            blocks.n = 0;
         };
-        each_block([&](std::uint32_t i, std::uint32_t j, std::uint32_t wanted, std::uint32_t bit) noexcept {
-            if (wanted == 0) return;
-            column[n] = static_cast<std::int32_t>(i * block_width);
-            row[n] = static_cast<std::int32_t>(j * block_height);
-            bits[n] = 1u << bit;
-            if (++n == N) test();
+        each_block<true>([&](std::uint32_t i, std::uint32_t j, std::uint32_t, std::uint32_t bit) noexcept {
+            blocks.column[blocks.n] = static_cast<std::int32_t>(i * block_width);
+            blocks.row[blocks.n] = static_cast<std::int32_t>(j * block_height);
+            blocks.bits[blocks.n] = 1u << bit;
+            if (++blocks.n == N) test();
         });
-        if (n != 0) test();
+        if (blocks.n != 0) test();
         return to;
     }
     /// The same for a host. It tests all blocks of the splat's rectangle before it asks which of them are wanted.
@@ -147,7 +142,7 @@ public:
         for (std::uint32_t k = 0; k < n; k += N)
             store(seen + k, reach<N>(load_words<N>(block_steps.column[width] + k) + column, load_words<N>(block_steps.row[width] + k) + row));
         std::uint32_t k = 0, to = 0;
-        each_block([&](std::uint32_t, std::uint32_t, std::uint32_t wanted, std::uint32_t bit) noexcept { // no branch
+        each_block<false>([&](std::uint32_t, std::uint32_t, std::uint32_t wanted, std::uint32_t bit) noexcept { // no branch
             tested += wanted;
             to |= (static_cast<std::uint32_t>(seen[k++]) & wanted) << bit;
         });
@@ -155,10 +150,29 @@ public:
     }
 
 private:
+    template <std::uint32_t N>
+    struct Blocks {
+        std::int32_t column[N], row[N];
+        std::uint32_t bits[N];
+        std::uint32_t n;
+        Blocks() noexcept : n(0) {} // the others have no value yet
+    };
+    /// The bits of the blocks that may see the splat.
+    template <std::uint32_t N>
+    std::uint32_t seen_of(Blocks<N>& blocks) const noexcept
+    {
+        for (std::uint32_t k = blocks.n; k < N; ++k) blocks.column[k] = blocks.column[0], blocks.row[k] = blocks.row[0];
+        alignas(vector_bytes) std::int32_t seen[N];
+        store(seen, reach<N>(load_words<N>(blocks.column), load_words<N>(blocks.row)));
+        std::uint32_t to = 0;
+        for (std::uint32_t k = 0; k < blocks.n; ++k) to |= seen[k] != 0 ? blocks.bits[k] : 0u;
+        return to;
+    }
     std::uint32_t parts_x() const noexcept { return (x_.last - x_.first) / parcel_columns + 1; }
     /// Calls f(i, j, wanted, bit) with each block of the splat's rectangle, row by row. `wanted`: 1 if the splat is in the window of the
-    /// block's tile and the block is not finished, otherwise 0. `bit`: the tile's in Parcel::to, if there is one part.
-    template <class F>
+    /// block's tile and the block is not finished, otherwise 0. `bit`: the tile's in Parcel::to, if there is one part. `OnlyWanted` leaves out
+    /// the other blocks, by branches: less code.
+    template <bool OnlyWanted, class F>
     TILEMESH_KERNEL void each_block(F const& f) const noexcept
     {
         auto const bit_of = [](bool yes) noexcept { return yes ? 1u : 0u; };
@@ -171,7 +185,13 @@ private:
             for (std::uint32_t i = i0_; i <= i1_; ++i, x = fold_.x.next(x)) {
                 std::uint32_t const tx = fold_.x.tile(x);
                 WindowNotice const& t = notices[tx];
+                if constexpr (OnlyWanted)
+                    if (depth_ < t.lo_depth || depth_ >= t.hi_depth) continue;
                 std::uint32_t const finished = t.finished & fold_.bit_of(fold_.y.number(y) * fold_.x.layers + fold_.x.number(x));
+                if constexpr (OnlyWanted) {
+                    if (finished == 0) f(i, j, 1, 8 * (tx - x_.first) + (ty - y_.first));
+                    continue;
+                }
                 f(i, j, bit_of(depth_ >= t.lo_depth) & bit_of(depth_ < t.hi_depth) & bit_of(finished == 0), 8 * (tx - x_.first) + (ty - y_.first));
             }
         }
