@@ -1,11 +1,11 @@
-// test: without test asan tsan
+// test: unoptimised test, without test asan tsan
 // Pairs of policies in one setup: frames end with channels and FIFOs of 1, 2 and 8 slots, each id is on one tile or missing, and pictures
 // have the bits of the naive loop over what is not missing (over the rounded records, if tiles store packed ones).
 //
 //   L  largest first    LargestFirst<Hold> (splat/contribution.hpp)
 //   S  lent strips      LendsStrips (splat/lending.hpp)
-//   T  torus            WithLinks<S, Torus> (splat/topologies.hpp)
-//   X  express links    WithLinks<S, ExpressLinks<4>>, the same
+//   T  torus            Torus (splat/topologies.hpp)
+//   X  express links    ExpressLinks<4>, the same
 //   P  packed records   WithRecord<S, Compact32 or Compact16> (bench/common/packed_record.hpp)
 //   F  prefetch         FrameRenderer::prefetch (render/prefetch.hpp)
 //   C  some sides only  a channel with Sides (machine/channel.hpp)
@@ -127,6 +127,19 @@ std::uint32_t lent_strips(auto const& mesh)
 /// What happened on a path.
 struct Seen {
     std::uint64_t lost = 0, strips = 0, moved = 0, prefetched = 0;
+    std::uint64_t whole[2] = {}; ///< visible records that are on tiles, and that are missing
+    double covered[2] = {};      ///< their coverage
+
+    /// What a missing record covers, divided by what one that is there covers, on average.
+    double missing_cover() const
+    {
+        return covered[1] / static_cast<double>(whole[1]) / (covered[0] / static_cast<double>(whole[0]));
+    }
+    void add(Seen const& other)
+    {
+        lost += other.lost, strips += other.strips, moved += other.moved, prefetched += other.prefetched;
+        for (int i = 0; i < 2; ++i) whole[i] += other.whole[i], covered[i] += other.covered[i];
+    }
 };
 
 /// A cold start, a small step, a jump, and the same view again. `early`: prefetches each view but the first, the jump wrongly.
@@ -176,7 +189,11 @@ Seen render_path(auto& renderer, scene::Map const& map, std::uint32_t slots, std
         auto const view = make_view(camera, renderer.rules());
         for (auto const& g : map.gaussians) {
             bool const is_missing = once.count({static_cast<std::uint32_t>(g.id), report::Loss::whole}) != 0;
-            visible += is_missing || project(g, view, renderer.tiling()).visible() ? 1 : 0;
+            auto const s = project(g, view, renderer.tiling());
+            visible += is_missing || s.visible() ? 1 : 0;
+            if (!s.visible()) continue;
+            ++seen.whole[is_missing ? 1 : 0];
+            seen.covered[is_missing ? 1 : 0] += splat::detail::coverage_of(s);
         }
         CHECK(n.dropped == 0);
         CHECK(n.unplaced == whole);
@@ -208,6 +225,10 @@ RendererOptions options_of(std::uint32_t slots, std::uint32_t records)
     return options;
 }
 
+/// What is missing covers 0.39 to 0.40 times as much as what is there, if tiles rank, and otherwise 0.54 to 0.59 times: the heap is crowded
+/// and its splats are small.
+constexpr double ranked_cover = 0.47;
+
 /// On 30 tiles. With 7 slots a map of 200 just fits; with 20, a part of the copies does.
 constexpr std::uint32_t storages[] = {1, 2, 7, 20, 400};
 /// The first records of a map, as many as tiles with `records` slots hold.
@@ -238,15 +259,13 @@ void check_pair()
             auto const options = options_of(slots, records);
             RendererOf<S> renderer(map, render::facts_of<S>(options), options, {});
             if constexpr (packed<P>) renderer.begin_with(parameters);
-            auto const seen = render_path<P>(renderer, map, slots, records);
-            (records < map.gaussians.size() ? full : roomy).lost += seen.lost;
-            roomy.moved += seen.moved;
-            roomy.strips += seen.strips;
+            (records < map.gaussians.size() ? full : roomy).add(render_path<P>(renderer, map, slots, records));
         }
     CHECK(full.lost > 500);
     CHECK(roomy.lost == 0);
     CHECK(roomy.moved > 500);
     CHECK((roomy.strips > 50) == lends<P>);
+    CHECK((full.missing_cover() < ranked_cover) == may_rank<typename P::Saturation>);
 }
 } // namespace
 
@@ -278,16 +297,16 @@ TEST_CASE("policy pairs: other links and packed records")
 
 TEST_CASE("policy pairs: largest first and prefetch")
 {
-    std::uint64_t lost = 0, prefetched = 0;
+    Seen full;
     for (std::uint32_t const slots : {1u, 2u, 8u})
         for (std::uint32_t const records : storages) {
             auto const map = map_for(heap(), records);
             auto const options = options_of(slots, records);
             render::HostRenderer renderer(map, render::facts_of<Largest>(options), options, {});
             auto const seen = render_path<render::HostPolicies, true>(renderer, map, slots, records);
-            lost += seen.lost;
-            prefetched += seen.prefetched;
+            if (records < map.gaussians.size()) full.add(seen);
         }
-    CHECK(lost > 500);
-    CHECK(prefetched > 500);
+    CHECK(full.lost > 500);
+    CHECK(full.prefetched > 500);
+    CHECK(full.missing_cover() < ranked_cover);
 }
