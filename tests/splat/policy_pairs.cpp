@@ -16,13 +16,13 @@
 //   L P        runs, 32 bytes
 //   L F        runs, on the host's program
 //   S T        runs
-//   S X        the pair S T stands for it: both have the kernel RouteLanes, which has no word or channel of lending
+//   S X        runs, with P as a third
 //   S P        runs, 16 bytes
 //   S F        does not compile: prefetch is a member of programs whose parameters say whether a run draws, those of the host's setup,
 //              and that program blends in one step
 //   T X        a setup has one routing rule
 //   T P        runs, 16 bytes
-//   X P        runs, 32 bytes
+//   X P        runs, 32 bytes, with S as a third
 //   T F, X F   does not compile, as S F: the host's program routes over the mesh
 //   P F        does not compile, as S F: the host's program moves references
 //   C any      no frame has a channel to some sides only: all of its channels have four. engine/ and map/grow.hpp have some
@@ -289,10 +289,14 @@ TEST_CASE("policy pairs: lent strips and packed records")
     check_pair<WithRecord<Lends<Room<>>, Compact16>>();
 }
 
-TEST_CASE("policy pairs: other links and packed records")
+TEST_CASE("policy pairs: a torus and packed records")
 {
     check_pair<WithRecord<By<Room<>, Torus>, Compact16>>();
-    check_pair<WithRecord<By<Room<>, ExpressLinks<4>>, Compact32>>();
+}
+
+TEST_CASE("policy pairs: express links, packed records and lent strips")
+{
+    check_pair<WithRecord<By<Lends<Room<>>, ExpressLinks<4>>, Compact32>>();
 }
 
 TEST_CASE("policy pairs: largest first and prefetch")
