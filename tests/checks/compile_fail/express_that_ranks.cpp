@@ -1,0 +1,14 @@
+// EXPECT: a torus or express links with a saturation policy that drops or ranks records
+#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/splat/contribution.hpp>
+#include <tilemesh/splat/topologies.hpp>
+
+struct Ranks : tilemesh::splat::Lossless {
+    using Saturation = tilemesh::splat::LargestFirst<tilemesh::splat::Hold>;
+};
+using Setup = tilemesh::splat::WithLinks<Ranks, tilemesh::splat::ExpressLinks<4>>;
+
+tilemesh::render::SetupFacts facts()
+{
+    return tilemesh::render::facts_of<Setup>();
+}
