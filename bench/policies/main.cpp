@@ -124,8 +124,9 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
 {
     std::string text =
         "# What does each policy cost, and what does it give?\n"
-        "The paper leaves these questions open: what goes first when not all can go, smaller records, and blending as matrix\n"
-        "products. Each is a row here, on Mk2 with 40 x 36 tiles at 1280 x 720. The bench writes this file.\n"
+        "The paper leaves these questions open: what goes first when not all can go, smaller records, other links, work that\n"
+        "neighbours lend, records that move ahead of the camera, and blending as matrix products. Each has its rows here, on Mk2\n"
+        "with 40 x 36 tiles at 1280 x 720. The bench writes this file.\n"
         "```sh\n"
         "build/test/bench/policies --data DIR --csv policies.csv --write bench/policies\n"
         "build/test/bench/policies --quick                       # no data, seconds\n"
