@@ -77,8 +77,9 @@ public:
     /// The parameters with which a mesh is built, if tiles store a form of their own of the records: what these share must be known before
     /// the first record is loaded. The next mesh has them. The map must have the records that this form stands for, because the host
     /// projects the map's.
-    void begin_with(Parameters const& parameters)
-        requires(splat::stores_own_form<P>)
+    template <class Q = P> // a template, as `trace`
+    void begin_with(typename Q::Parameters const& parameters)
+        requires(splat::stores_own_form<Q>)
     {
         own_ = parameters;
     }
