@@ -125,14 +125,7 @@ struct LaneOperations {
             add(in[d], out[d]);
             if constexpr (express) add(far_in[d], far_out[d]);
         }
-        std::uint32_t const home = arrived > left ? arrived - left : 0;
-        std::uint32_t const own = left > arrived ? left - arrived : 0;
-        Operations o;
-        o[Operation::routed] = arrived + left;
-        o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;
-        o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
-        o.settled_bytes = times(settled, AccessOf<S>::template road_bytes<RoadMessage<S>>(*frame));
-        return o;
+        return RouteOperations<S>::of(*frame, arrived, left, settled, marks.size());
     }
 };
 
