@@ -4,20 +4,41 @@
 #include <doctest/doctest.h>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/map/grow.hpp>
-#include <type_traits>
 #include <utility>
 
 using namespace mpi_test;
 namespace map = tilemesh::splat::map;
 
+namespace {
+template <class List, class To, class From>
+void copy_lists(To& to, From& from)
+{
+    for (auto [tile, list] : to.template states<List>())
+        for (auto const& item : from.template state<List>(tile)) list.push(item);
+}
+/// Loads the records, their optimiser states and the target of another mesh.
+template <class Optimiser, class To, class From>
+void load_map(To& to, From& from)
+{
+    copy_lists<map::Records>(to, from);
+    copy_lists<map::OptimiserStates<Optimiser>>(to, from);
+    copy_lists<map::TargetPixels>(to, from);
+}
+/// 60 Gaussians that are not smaller than `least`.
+scene::Map cloud_of(float least)
+{
+    auto gaussians = support::cloud(60, 3);
+    for (auto& g : gaussians)
+        for (float& s : g.log_scale) s = std::max(s, least);
+    return support::map_of(std::move(gaussians));
+}
+} // namespace
+
 TEST_CASE("mapping steps: words, counters and digests of every superstep are those of Mesh, also where records move")
 {
     using Optimiser = map::SecondMomentByKind;
     using Program = map::MapStep<Optimiser>;
-    auto gaussians = support::cloud(60, 3);
-    for (auto& g : gaussians)
-        for (float& s : g.log_scale) s = std::max(s, -4.0f);
-    auto const truth = support::map_of(std::move(gaussians));
+    auto const truth = cloud_of(-4.0f);
     auto const views = support::mapping::views_of(truth, {support::lens(64, 50), support::lens(64, 50, 0.2f)});
     mapping::MeshRefineOptions o;
     o.refine.view = {{32, 10}, 1, {1, 0.5f, 0, 0, 4}};
@@ -29,14 +50,7 @@ TEST_CASE("mapping steps: words, counters and digests of every superstep are tho
     REQUIRE(refiner.lost().copies == 0);
     // Each rank goes on from there: records move to the tiles of the second view, and step by it.
     auto const load = [&](auto& mesh) {
-        auto const copy = [&](auto const* type) {
-            using List = std::remove_const_t<std::remove_pointer_t<decltype(type)>>;
-            for (auto [tile, list] : mesh.template states<List>())
-                for (auto const& item : refiner.mesh().template state<List>(tile)) list.push(item);
-        };
-        copy(static_cast<map::Records const*>(nullptr));
-        copy(static_cast<map::OptimiserStates<Optimiser> const*>(nullptr));
-        copy(static_cast<map::TargetPixels const*>(nullptr));
+        load_map<Optimiser>(mesh, refiner.mesh());
         auto& step = mesh.template broadcast<map::StepParameters>();
         step = refiner.mesh().template broadcast<map::StepParameters>();
         step.rests = 1;
@@ -50,10 +64,7 @@ TEST_CASE("a keyframe: words, counters and digests of every superstep are those 
 {
     using Optimiser = map::SecondMomentByKind;
     using Program = map::GrowStep<Optimiser>;
-    auto gaussians = support::cloud(60, 3);
-    for (auto& g : gaussians)
-        for (float& s : g.log_scale) s = std::max(s, -3.5f);
-    auto const truth = support::map_of(std::move(gaussians));
+    auto const truth = cloud_of(-3.5f);
     auto const views = support::mapping::views_of(truth, {support::lens(64, 50), support::lens(64, 50, 0.2f)});
     mapping::MeshRefineOptions o;
     o.refine.view = {{32, 5}, 1, {1, 0.5f, 0, 0, 4}};
@@ -68,14 +79,7 @@ TEST_CASE("a keyframe: words, counters and digests of every superstep are those 
     REQUIRE(refiner.insert(views.cameras[1], views.targets[1], 2).inserted > 0);
     // Each rank inserts by the second view once more, and removes.
     auto const load = [&](auto& mesh) {
-        auto const copy = [&](auto const* type) {
-            using List = std::remove_const_t<std::remove_pointer_t<decltype(type)>>;
-            for (auto [tile, list] : mesh.template states<List>())
-                for (auto const& item : refiner.mesh().template state<List>(tile)) list.push(item);
-        };
-        copy(static_cast<map::Records const*>(nullptr));
-        copy(static_cast<map::OptimiserStates<Optimiser> const*>(nullptr));
-        copy(static_cast<map::TargetPixels const*>(nullptr));
+        load_map<Optimiser>(mesh, refiner.mesh());
         mesh.template broadcast<map::StepParameters>() = refiner.mesh().template broadcast<map::StepParameters>();
         auto& grow = mesh.template broadcast<map::GrowParameters>();
         grow = refiner.mesh().template broadcast<map::GrowParameters>();

@@ -25,97 +25,54 @@ using Growing = map::GrowStep<Optimiser>;
 using ShadedOptimiser = map::Shaded<Optimiser, 2>;
 using Shading = map::MapStep<ShadedOptimiser>;
 
-TILEMESH_VERTEX(map_begin_rest, Mk2, Mapping, map::BeginRest)
-TILEMESH_MULTI_VERTEX(map_find_goals, Mk2, Mapping, map::FindGoals)
-TILEMESH_VERTEX(map_start_rest, Mk2, Mapping, map::StartRest)
-TILEMESH_VERTEX(map_offer_room, Mk2, Mapping, map::OfferRoom<Optimiser>)
-TILEMESH_VERTEX(map_move_records, Mk2, Mapping, map::MoveRecords<Optimiser>)
-TILEMESH_VERTEX(map_begin_view, Mk2, Mapping, map::BeginView)
-TILEMESH_MULTI_VERTEX(map_project_records, Mk2, Mapping, map::ProjectRecords)
-TILEMESH_VERTEX(map_cast, Mk2, Mapping, map::Cast)
-TILEMESH_VERTEX(map_sort_entries, Mk2, Mapping, map::SortEntries)
-TILEMESH_MULTI_VERTEX(map_walk, Mk2, Mapping, map::Walk)
-TILEMESH_MULTI_VERTEX(map_add_up, Mk2, Mapping, map::AddUp)
-TILEMESH_VERTEX(map_return, Mk2, Mapping, map::Return)
-TILEMESH_MULTI_VERTEX(map_take_step, Mk2, Mapping, map::TakeStep<Optimiser>)
+/// The vertices of MapStep, which GrowStep has too. `Projection`: the kernel that projects the records.
+#define MAP_STEP_VERTICES(prefix, Program, Opt, Projection)                         \
+    TILEMESH_VERTEX(prefix##_begin_rest, Mk2, Program, map::BeginRest)              \
+    TILEMESH_MULTI_VERTEX(prefix##_find_goals, Mk2, Program, map::FindGoals)        \
+    TILEMESH_VERTEX(prefix##_start_rest, Mk2, Program, map::StartRest)              \
+    TILEMESH_VERTEX(prefix##_offer_room, Mk2, Program, map::OfferRoom<Opt>)         \
+    TILEMESH_VERTEX(prefix##_move_records, Mk2, Program, map::MoveRecords<Opt>)     \
+    TILEMESH_VERTEX(prefix##_begin_view, Mk2, Program, map::BeginView)              \
+    TILEMESH_MULTI_VERTEX(prefix##_project_records, Mk2, Program, Projection)       \
+    TILEMESH_VERTEX(prefix##_cast, Mk2, Program, map::Cast)                         \
+    TILEMESH_VERTEX(prefix##_sort_entries, Mk2, Program, map::SortEntries)          \
+    TILEMESH_MULTI_VERTEX(prefix##_walk, Mk2, Program, map::Walk)                   \
+    TILEMESH_MULTI_VERTEX(prefix##_add_up, Mk2, Program, map::AddUp)                \
+    TILEMESH_VERTEX(prefix##_return, Mk2, Program, map::Return)                     \
+    TILEMESH_MULTI_VERTEX(prefix##_take_step, Mk2, Program, map::TakeStep<Opt>)
 
-TILEMESH_VERTEX(grow_begin_rest, Mk2, Growing, map::BeginRest)
-TILEMESH_MULTI_VERTEX(grow_find_goals, Mk2, Growing, map::FindGoals)
-TILEMESH_VERTEX(grow_start_rest, Mk2, Growing, map::StartRest)
-TILEMESH_VERTEX(grow_offer_room, Mk2, Growing, map::OfferRoom<Optimiser>)
-TILEMESH_VERTEX(grow_move_records, Mk2, Growing, map::MoveRecords<Optimiser>)
-TILEMESH_VERTEX(grow_begin_view, Mk2, Growing, map::BeginView)
-TILEMESH_MULTI_VERTEX(grow_project_records, Mk2, Growing, map::ProjectRecords)
-TILEMESH_VERTEX(grow_cast, Mk2, Growing, map::Cast)
-TILEMESH_VERTEX(grow_sort_entries, Mk2, Growing, map::SortEntries)
-TILEMESH_MULTI_VERTEX(grow_walk, Mk2, Growing, map::Walk)
-TILEMESH_MULTI_VERTEX(grow_add_up, Mk2, Growing, map::AddUp)
-TILEMESH_VERTEX(grow_return, Mk2, Growing, map::Return)
-TILEMESH_MULTI_VERTEX(grow_take_step, Mk2, Growing, map::TakeStep<Optimiser>)
+MAP_STEP_VERTICES(map, Mapping, Optimiser, map::ProjectRecords)
+MAP_STEP_VERTICES(grow, Growing, Optimiser, map::ProjectRecords)
+MAP_STEP_VERTICES(shade, Shading, ShadedOptimiser, map::ProjectShaded<ShadedOptimiser>)
 TILEMESH_VERTEX(grow_begin_cells, Mk2, Growing, map::BeginCells)
 TILEMESH_MULTI_VERTEX(grow_look, Mk2, Growing, map::Look)
 TILEMESH_VERTEX(grow_pass_cells, Mk2, Growing, map::PassCells)
 TILEMESH_VERTEX(grow_insert_cells, Mk2, Growing, map::InsertCells<Optimiser>)
 TILEMESH_VERTEX(grow_remove_faded, Mk2, Growing, map::RemoveFaded<Optimiser>)
-TILEMESH_VERTEX(shade_begin_rest, Mk2, Shading, map::BeginRest)
-TILEMESH_MULTI_VERTEX(shade_find_goals, Mk2, Shading, map::FindGoals)
-TILEMESH_VERTEX(shade_start_rest, Mk2, Shading, map::StartRest)
-TILEMESH_VERTEX(shade_offer_room, Mk2, Shading, map::OfferRoom<ShadedOptimiser>)
-TILEMESH_VERTEX(shade_move_records, Mk2, Shading, map::MoveRecords<ShadedOptimiser>)
-TILEMESH_VERTEX(shade_begin_view, Mk2, Shading, map::BeginView)
-TILEMESH_MULTI_VERTEX(shade_project_records, Mk2, Shading, map::ProjectShaded<ShadedOptimiser>)
-TILEMESH_VERTEX(shade_cast, Mk2, Shading, map::Cast)
-TILEMESH_VERTEX(shade_sort_entries, Mk2, Shading, map::SortEntries)
-TILEMESH_MULTI_VERTEX(shade_walk, Mk2, Shading, map::Walk)
-TILEMESH_MULTI_VERTEX(shade_add_up, Mk2, Shading, map::AddUp)
-TILEMESH_VERTEX(shade_return, Mk2, Shading, map::Return)
-TILEMESH_MULTI_VERTEX(shade_take_step, Mk2, Shading, map::TakeStep<ShadedOptimiser>)
 
 #define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-ENTER(map_begin_rest);
-ENTER(map_find_goals);
-ENTER(map_start_rest);
-ENTER(map_offer_room);
-ENTER(map_move_records);
-ENTER(map_begin_view);
-ENTER(map_project_records);
-ENTER(map_cast);
-ENTER(map_sort_entries);
-ENTER(map_walk);
-ENTER(map_add_up);
-ENTER(map_return);
-ENTER(map_take_step);
-ENTER(grow_begin_rest);
-ENTER(grow_find_goals);
-ENTER(grow_start_rest);
-ENTER(grow_offer_room);
-ENTER(grow_move_records);
-ENTER(grow_begin_view);
-ENTER(grow_project_records);
-ENTER(grow_cast);
-ENTER(grow_sort_entries);
-ENTER(grow_walk);
-ENTER(grow_add_up);
-ENTER(grow_return);
-ENTER(grow_take_step);
+#define ENTER_MAP_STEP(prefix)                 \
+    ENTER(prefix##_begin_rest);                \
+    ENTER(prefix##_find_goals);                \
+    ENTER(prefix##_start_rest);                \
+    ENTER(prefix##_offer_room);                \
+    ENTER(prefix##_move_records);              \
+    ENTER(prefix##_begin_view);                \
+    ENTER(prefix##_project_records);           \
+    ENTER(prefix##_cast);                      \
+    ENTER(prefix##_sort_entries);              \
+    ENTER(prefix##_walk);                      \
+    ENTER(prefix##_add_up);                    \
+    ENTER(prefix##_return);                    \
+    ENTER(prefix##_take_step)
+ENTER_MAP_STEP(map);
+ENTER_MAP_STEP(grow);
+ENTER_MAP_STEP(shade);
 ENTER(grow_begin_cells);
 ENTER(grow_look);
 ENTER(grow_pass_cells);
 ENTER(grow_insert_cells);
 ENTER(grow_remove_faded);
-ENTER(shade_begin_rest);
-ENTER(shade_find_goals);
-ENTER(shade_start_rest);
-ENTER(shade_offer_room);
-ENTER(shade_move_records);
-ENTER(shade_begin_view);
-ENTER(shade_project_records);
-ENTER(shade_cast);
-ENTER(shade_sort_entries);
-ENTER(shade_walk);
-ENTER(shade_add_up);
-ENTER(shade_return);
-ENTER(shade_take_step);
 
 TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the thread engine, in every order of workers")
 {
