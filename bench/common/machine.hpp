@@ -3,7 +3,7 @@
 #include <memory>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
-#include <tilemesh/render/prefetch.hpp>
+#include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/setup_choice.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>

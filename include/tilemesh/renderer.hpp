@@ -5,7 +5,7 @@
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/render/host_form.hpp>
-#include <tilemesh/render/prefetch.hpp>
+#include <tilemesh/render/picture.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <type_traits>

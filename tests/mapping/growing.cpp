@@ -1,4 +1,4 @@
-// test: optimised, cost 5
+// test: unoptimised test, cost 5
 #include "../slam/support.hpp"
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// test: cost 4
+// test: unoptimised test, cost 4
 #include "../slam/support.hpp"
 #include "support.hpp"
 #include <algorithm>

@@ -1,4 +1,4 @@
-// test: optimised, cost 6
+// test: unoptimised test, cost 6
 #include "support.hpp"
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// test: optimised, cost 4
+// test: unoptimised test, cost 4
 #include "support.hpp"
 #include <algorithm>
 #include <cmath>

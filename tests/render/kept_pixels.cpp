@@ -340,8 +340,8 @@ TEST_CASE("kept pixels: the switch, and renderers that always composite")
     CHECK(forced.composited(make_tiling(20, 20, 10, 10), Grid{3, 2}) == 4);
     CHECK(Access<TableParameters>::keeps_pixels({TileId::at(0, 0), Grid{3, 2}}, frame) == false);
     CHECK(Access<FrameParameters>::keeps_pixels({TileId::at(0, 0), Grid{3, 2}}, frame) == false);
-    static_assert(HostRenderer::may_keep_pixels && FrameRenderer<PoliciesOf<Referenced<Lossless>>, Mesh, AnyMachine>::may_keep_pixels);
-    static_assert(!FrameRenderer<PoliciesOf<Lossless>, Mesh, AnyMachine>::may_keep_pixels, "by value, the parameters are the machine's");
+    static_assert(render::may_keep_pixels<HostPolicies> && render::may_keep_pixels<PoliciesOf<Referenced<Lossless>>>);
+    static_assert(!render::may_keep_pixels<PoliciesOf<Lossless>>, "by value, the parameters are the machine's");
     Twins<OnThreads> twins(Room<>{}, cloud(50, 312), {.tile = {16, 10}});
     CHECK(twins.keeps.composited_tiles() == 0); // no frame yet
     for (int i = 0; i < 2; ++i) {

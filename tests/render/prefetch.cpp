@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
-#include <tilemesh/render/prefetch.hpp>
+#include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <utility>
 #include <vector>

@@ -1,4 +1,4 @@
-// test: unoptimised asan tsan, cost 10
+// test: unoptimised test asan tsan, cost 10
 #include "runner.hpp"
 #include "stand_ins.hpp"
 #include "support.hpp"

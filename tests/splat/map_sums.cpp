@@ -1,4 +1,4 @@
-// test: cost 3
+// test: unoptimised test, cost 3
 #include "map_reference.hpp"
 #include "support.hpp"
 #include <algorithm>

@@ -7,7 +7,7 @@
 //   T  torus            Torus (splat/topologies.hpp)
 //   X  express links    ExpressLinks<4>, the same
 //   P  packed records   WithRecord<S, Compact32 or Compact16> (bench/common/packed_record.hpp)
-//   F  prefetch         FrameRenderer::prefetch (render/prefetch.hpp)
+//   F  prefetch         FrameRenderer::prefetch (render/frame_renderer.hpp)
 //   C  some sides only  a channel with Sides (machine/channel.hpp)
 //
 //   pair       here

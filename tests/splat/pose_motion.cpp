@@ -1,4 +1,4 @@
-// test: optimised, without tsan, cost 6
+// test: unoptimised test, without tsan, cost 6
 #include "pose_reference.hpp"
 #include "support.hpp"
 #include <algorithm>

@@ -1,4 +1,4 @@
-// test: without asan tsan
+// test: unoptimised test, without asan tsan
 // The stop rule of 3D Gaussian Splatting, which differs from the model's, and a setup with its own blending.
 #include "../compare_reports.hpp"
 #include "blended.hpp"

@@ -1,4 +1,4 @@
-// test: unoptimised asan, without tsan
+// test: unoptimised test asan tsan
 #include "support.hpp"
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// test: without asan
+// test: unoptimised test, without asan
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

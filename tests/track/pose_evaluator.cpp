@@ -1,3 +1,4 @@
+// test: unoptimised test
 #include "../splat/pose_reference.hpp"
 #include "../splat/support.hpp"
 #include <algorithm>

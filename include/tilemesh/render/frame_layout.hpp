@@ -60,6 +60,9 @@ TILEMESH_HOST bool fits(Cut const& cut, std::uint32_t width, std::uint32_t heigh
 TILEMESH_HOST void check_size(std::uint32_t width, std::uint32_t height);
 TILEMESH_HOST void check_cut(Cut const& cut);
 
+/// Throws Error for a machine without workers, or with more than `most`: a tile counts the work of each.
+TILEMESH_HOST void check_workers(MachineSize const& machine, std::uint32_t most);
+
 /// Throws Error for a camera or a model that no frame can be rendered with.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
 TILEMESH_HOST void check_rules(splat::Rules const& rules);

@@ -2,19 +2,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/accounting.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
 #include <tilemesh/render/losses.hpp>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/prefetch.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
@@ -26,13 +22,6 @@
 namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
-
-/// The facts of a setup. If the options name sizes, the facts have these sizes.
-template <class S>
-SetupFacts facts_of(RendererOptions const& options)
-{
-    return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
-}
 
 /// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
@@ -50,11 +39,6 @@ public:
     using EngineOptions = typename MeshType::Options;
     using HostType = Host<MeshType, Machine>;
     static constexpr bool by_reference = std::is_same_v<typename P::Record, splat::Reference>;
-    /// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads. A tile that lends blocks
-    /// has pixels that depend on other tiles' work.
-    static constexpr bool may_keep_pixels =
-        (std::is_same_v<Parameters, splat::TableParameters> || std::is_same_v<Parameters, splat::HostParameters>) &&
-        splat::blends_in_one_step<P>;
 
     static_assert(HostType::has_one_memory || !splat::stores_own_form<P>,
                   "records of an own form on an engine over several processes (they send each other the map's records); choose an engine "
@@ -146,24 +130,12 @@ private:
         host_.build(options_, records_, [&] {
             return MeshPlan<Program>{splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_)};
         }, view, tiling_);
-        auto& mesh = host_.mesh();
-        if (options_.channel_slots != 0) {
-            if constexpr (P::routes)
-                if (facts_.routes) mesh.template limit<splat::Road<P>>(options_.channel_slots);
-            if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
-                mesh.template limit<splat::Express<P>>(options_.channel_slots);
-            if constexpr (P::blooms)
-                if (facts_.blooms) mesh.template limit<splat::Beam<P>>(options_.channel_slots);
-        }
-        if constexpr (P::routes && P::Saturation::may_hold)
-            if (options_.waiting_slots != 0 && facts_.policies.holds != 0 && facts_.routes) {
-                splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { mesh.template limit<Fifo>(options_.waiting_slots); });
-            }
-        if (options_.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options_.storage_slots);
+        limit_lists<P>(host_.mesh(), facts_, options_);
         blacken();
         if constexpr (splat::stores_own_form<P>) frame() = own_;
         last_.reset();
-        copies_lost_ = copies_refused_ = cut_ = prefetched_ = false;
+        prefetched_ = false;
+        left_ = {};
         keeper_.begin(host_, tiling_, storage_slots(), facts_.routes);
     }
     void blacken()
@@ -194,18 +166,12 @@ private:
     void tell(splat::View const& view, bool changed)
     {
         auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
-        static_cast<splat::FrameParameters&>(frame()) = {view, tiling_, flag(changed), flag(changed && copies_lost_), flag(cut_)};
-        if constexpr (splat::has_policies<Parameters>) frame().policies = facts_.policies;
-        if constexpr (machine::has_form_word<Parameters>) frame().wide = facts_.has_planes() ? 1 : 0;
-        if constexpr (splat::has_parts_words<Parameters>) {
-            frame().routes = facts_.routes ? 1 : 0;
-            frame().blooms = facts_.blooms ? 1 : 0;
-            frame().draws = 1;
-        }
+        static_cast<splat::FrameParameters&>(frame()) = {view, tiling_, flag(changed), flag(changed && left_.copies_lost), flag(left_.cut)};
+        write_words(facts_, frame());
         // With a bound on hops, after a loss, or where a record with a full channel ahead becomes one of the tile's own (`Drop`), a tile may
         // have a record or a copy that did not touch it in the view before.
         bool const regular =
-            !cut_ && options_.hops == 0 && !copies_lost_ && facts_.routes && facts_.blooms && facts_.policies.holds != 0;
+            !left_.cut && options_.hops == 0 && !left_.copies_lost && facts_.routes && facts_.blooms && facts_.policies.holds != 0;
         if constexpr (by_reference) cache_.point(frame(), changed && regular);
     }
 
@@ -213,7 +179,7 @@ private:
     bool host_keeps() const noexcept { return !facts_.routes || facts_.policies.holds != 0; }
     report::FrameReport run()
     {
-        if constexpr (may_keep_pixels) kept_.begin_run(frame(), host_.mesh().grid());
+        if constexpr (may_keep_pixels<P>) kept_.begin_run(frame(), host_.mesh().grid());
         auto const counters = host_.run();
         composited_ += kept_.composited(tiling_, host_.mesh().grid());
         return finish(counters);
@@ -230,25 +196,12 @@ private:
     report::FrameReport finish(RunCounters const& counters)
     {
         auto const& now = frame();
-        auto const sums = host_.template total<TileSums>([&](TileSums& all) {
-            keeper_.for_each_tile(host_, [&](TileId tile) {
-                auto const& mesh = std::as_const(host_.mesh());
-                all.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile));
-            });
-            auto const off = keeper_.off_tiles(now.view, tiling_, host_keeps());
-            all.visible += off.visible;
-            all.parked += off.parked;
-        });
+        auto const sums = keeper_.sums(host_, now.view, tiling_, host_keeps());
         report::FrameReport r;
         host_.step([&] { r = account<P>(counters, sums, facts_.policies.holds != 0); });
-
-        // A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier frame lost.
-        copies_lost_ = r.refused.copies_full != 0 || (copies_lost_ && now.resend_copies == 0);
-        copies_refused_ = r.refused.copies_refused != 0 || (copies_refused_ && now.view_changed == 0);
-        bool spans = false;
-        if constexpr (!P::blooms || splat::has_parts_words<Parameters>)
-            if (!facts_.blooms) spans = any_spans();
-        if (r.refused.storage_full != 0 || !keeper_.missing().empty() || copies_lost_ || copies_refused_ || options_.hops != 0 || spans) {
+        left_.count(r, now.resend_copies != 0, now.view_changed != 0);
+        bool const spans = !facts_.blooms && keeper_.any_spans(host_, tiling_);
+        if (r.refused.storage_full != 0 || !keeper_.missing().empty() || left_.lacks_copies() || options_.hops != 0 || spans) {
             LossQuestion const question{host_.mesh().grid(), now.view, now.tiling, facts_.routes, facts_.blooms, facts_.policies.holds != 0,
                                         options_.hops != 0, storage_slots()};
             auto off = host_.template losses<P>(question, records_, r);
@@ -256,18 +209,6 @@ private:
             keeper_.set_under_way(std::move(off.under_way));
         }
         return r;
-    }
-    /// Only without bloom: does any footprint leave its anchor tile?
-    bool any_spans()
-    {
-        bool any = false;
-        keeper_.for_each_tile(host_, [&](TileId tile) {
-            for (auto const& entry : std::as_const(host_.mesh()).template state<splat::Splats<P>>(tile)) {
-                auto const& s = splat::AccessOf<P>::splat_of(frame(), entry);
-                any = any || (s.visible() && splat::tiles_of(s, tiling_).count() > 1);
-            }
-        });
-        return host_.any(any);
     }
 
     struct NoWords {};
@@ -285,9 +226,7 @@ private:
     splat::Tiling tiling_{};
     std::optional<splat::View> last_;
     std::uint32_t composited_ = 0;                   ///< tiles, in the last frame
-    bool copies_lost_ = false;                       ///< copies found no storage; tiles do not send these again by themselves
-    bool copies_refused_ = false;                    ///< copies met a full channel; tiles owe them again in a new view
-    bool cut_ = false;                               ///< a bound may have left records under way
+    LeftBehind left_;
     bool prefetched_ = false;                        ///< since the last picture; so no tile has sorted for the last view
 };
 
@@ -296,7 +235,7 @@ private:
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, SetupFacts facts, RendererOptions const& options, EngineOptions engine)
     : options_(options), facts_(std::move(facts)), host_(std::move(engine)), records_(std::move(map), facts_.sh_degree),
-      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), kept_(may_keep_pixels && options.keep_pixels),
+      cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), kept_(may_keep_pixels<P> && options.keep_pixels),
       rules_(with_options(facts_.rules, options))
 {
     check_facts<P>(facts_);
@@ -373,7 +312,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.width = camera.width;
     result.report.height = camera.height;
     last_ = view;
-    cut_ = options_.hops != 0;
+    left_.cut = options_.hops != 0;
     prefetched_ = false;
     host_.end_frame();
     result.report.host_ms.picture = collecting.milliseconds();

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/port.hpp>
@@ -115,10 +114,7 @@ private:
         district_ = layout.district;
         size_ = {width, height};
         sizes = layout.sizes;
-        if (!engine::has_words_for_workers(choice_.machine, StepsOf<Program>{}))
-            throw Error("machine " + std::string(choice_.machine.name) + " with " + std::to_string(choice_.machine.workers) +
-                        " workers (a tile counts the work of 1 to " + std::to_string(splat::homes::Work::max_workers) +
-                        "); give the machine 1 to " + std::to_string(splat::homes::Work::max_workers) + " workers");
+        check_workers(choice_.machine, splat::homes::Work::max_workers);
         if (sizes.homes == 0) throw Error("tiles without homes (every record lives in one); give a tile at least one");
         engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
         engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});

@@ -4,11 +4,19 @@
 #include <optional>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads. A tile that lends blocks
+/// has pixels that depend on other tiles' work.
+template <class P>
+inline constexpr bool may_keep_pixels =
+    (std::is_same_v<typename P::Parameters, splat::TableParameters> || std::is_same_v<typename P::Parameters, splat::HostParameters>) &&
+    splat::blends_in_one_step<P>;
 
 /// Knows which tiles show their splats already, so that the host need not composite them again.
 ///

@@ -86,6 +86,22 @@ struct MeshFacts {
     }
 };
 
+/// What the frames so far left behind on a mesh, and no view alone explains.
+struct LeftBehind {
+    bool copies_lost = false;    ///< copies found no storage; tiles do not send these again by themselves
+    bool copies_refused = false; ///< copies met a full channel; tiles owe them again in a new view
+    bool cut = false;            ///< a bound may have left records under way
+
+    bool lacks_copies() const noexcept { return copies_lost || copies_refused; }
+    /// After a frame. A loss lasts until the records are sent again: a frame that refused no record may still lack records that an earlier
+    /// frame lost.
+    void count(report::FrameReport const& r, bool resent, bool new_view) noexcept
+    {
+        copies_lost = r.refused.copies_full != 0 || (copies_lost && !resent);
+        copies_refused = r.refused.copies_refused != 0 || (copies_refused && !new_view);
+    }
+};
+
 /// The facts about the frame that the list of losses needs.
 struct LossQuestion {
     Grid grid;

@@ -21,6 +21,15 @@ struct RenderedFrame {
 
 namespace render {
 
+/// What a prefetch did (FrameRenderer::prefetch). It lies between two frames, so no frame's report counts it. All 0 if the view is that of
+/// the last frame.
+struct Prefetched {
+    std::uint64_t exchanges = 0, messages = 0;
+    std::uint64_t exchanged_live_bytes = 0;
+    std::uint64_t moved = 0; ///< records that left for another anchor tile
+    double host_ms = 0;
+};
+
 /// Gives every tile a framebuffer with the pixels that it owns, all black. `wide`: the form of pixels that have two (machine/either.hpp).
 template <class P, class Host>
 void size_framebuffers(Host& host, splat::Tiling const& tiling, Extent2 size, bool wide = true)

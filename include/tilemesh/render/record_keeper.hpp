@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/accounting.hpp>
 #include <tilemesh/render/detail/sorted_table.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/host_form.hpp>
@@ -46,21 +47,36 @@ public:
     void set_under_way(std::vector<std::uint32_t> rows) { under_way_ = std::move(rows); }
     /// The number of rows that stay with the host because they have nothing on screen; only without routing. Of this process.
     std::uint64_t parked() const noexcept { return parked_; }
-    /// The visible and the parked rows that no tile counts when a frame starts.
-    struct OffTiles {
-        std::uint64_t visible = 0, parked = 0;
-    };
-    /// Counts the rows that the host keeps, and the rows under way; of those, the rows that this table has. `host_keeps`: the host keeps the
-    /// missing rows and counts them as visible until they are placed; otherwise they are lost. Call it with the frame's view, after `load` or
-    /// `place` and before the `set_` functions. Cost: one projection per row under way.
-    OffTiles off_tiles(splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
+    /// The sums of all tiles' counters in a frame that ran, with the visible and the parked rows that no tile counts: those that the host keeps,
+    /// and those under way. `host_keeps`: the host keeps the missing rows and counts them as visible until they are placed; otherwise they are
+    /// lost. Call it with the frame's view, after `load` or `place` and before the `set_` functions. Cost: one projection per row under way.
+    template <class Host>
+    TileSums sums(Host& host, splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
     {
-        OffTiles n{0, parked_};
-        if (host_keeps)
-            n.visible = static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return records_.has_row(row); }));
-        for (auto const row : under_way_)
-            if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? n.visible : n.parked);
-        return n;
+        return host.template total<TileSums>([&](TileSums& all) {
+            auto const& mesh = std::as_const(host.mesh());
+            for_each_tile(host, [&](TileId tile) { all.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile)); });
+            all.parked += parked_;
+            if (host_keeps)
+                all.visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return records_.has_row(row); }));
+            for (auto const row : under_way_)
+                if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? all.visible : all.parked);
+        });
+    }
+    /// Does any footprint leave its anchor tile? Without bloom, the other tiles then lack it.
+    template <class Host>
+    bool any_spans(Host& host, splat::Tiling const& tiling) const
+    {
+        bool any = false;
+        auto& mesh = host.mesh();
+        auto const& frame = mesh.template broadcast<typename P::Parameters>();
+        for_each_tile(host, [&](TileId tile) {
+            for (auto const& entry : std::as_const(mesh).template state<splat::Splats<P>>(tile)) {
+                auto const& s = splat::AccessOf<P>::splat_of(frame, entry);
+                any = any || (s.visible() && splat::tiles_of(s, tiling).count() > 1);
+            }
+        });
+        return host.any(any);
     }
     /// The rectangle of tiles from (0, 0) that hold pixels or may hold records.
     Extent2 occupied() const noexcept { return occupied_; }

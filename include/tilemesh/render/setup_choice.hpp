@@ -1,11 +1,11 @@
 #pragma once
 #include <cstdint>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <type_traits>
 #include <utility>
@@ -124,10 +124,7 @@ inline std::uint64_t sram_bytes_of(SetupChoice const& c)
 /// for the machine's number of workers (`Work::max_workers`).
 inline SetupFacts facts_of(SetupChoice const& c)
 {
-    if (c.machine.workers < 1 || c.machine.workers > splat::Work::max_workers)
-        throw Error("machine " + std::string(c.machine.name) + " with " + std::to_string(c.machine.workers) +
-                    " workers (a tile counts the work of 1 to " + std::to_string(splat::Work::max_workers) +
-                    "); give the machine 1 to " + std::to_string(splat::Work::max_workers) + " workers");
+    check_workers(c.machine, splat::Work::max_workers);
     auto const words = words_of(c);
     ChoiceLedger ledger(c);
     SetupFacts f{c.name,
@@ -195,6 +192,12 @@ SetupFacts facts_of(splat::Sizes const& sizes)
     if (S::routes && S::Saturation::holds && sizes.waiting == 0) throw Error(detail::needs_fifos);
     if constexpr (!detail::is_of_the_library<S>) require_fit<splat::Frame<S>>(size_of_machine<typename S::Machine>(), sizes);
     return detail::facts_at<S>(sizes);
+}
+/// The facts of a setup. If the options name sizes, the facts have these sizes.
+template <class S>
+SetupFacts facts_of(RendererOptions const& options)
+{
+    return options.sizes ? facts_of<S>(*options.sizes) : facts_of<S>();
 }
 
 /// Reduces the choice to what a scene needs, in the same bytes of SRAM (`splat::Fitted`): records of another degree, and no routing or

@@ -4,6 +4,7 @@
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/renderer_options.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -108,6 +109,37 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     return m;
 }
 
+/// Limits the lists of a mesh of the frame program to the slots that the options name.
+template <class P, class M>
+void limit_lists(M& mesh, SetupFacts const& facts, RendererOptions const& options)
+{
+    if (options.channel_slots != 0) {
+        if constexpr (P::routes)
+            if (facts.routes) mesh.template limit<splat::Road<P>>(options.channel_slots);
+        if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
+            mesh.template limit<splat::Express<P>>(options.channel_slots);
+        if constexpr (P::blooms)
+            if (facts.blooms) mesh.template limit<splat::Beam<P>>(options.channel_slots);
+    }
+    if constexpr (P::routes && P::Saturation::may_hold)
+        if (options.waiting_slots != 0 && facts.policies.holds != 0 && facts.routes)
+            splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { mesh.template limit<Fifo>(options.waiting_slots); });
+    if (options.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options.storage_slots);
+}
+
+/// Writes the words of a setup into the parameters of a frame that draws.
+template <class Parameters>
+void write_words(SetupFacts const& facts, Parameters& frame)
+{
+    if constexpr (splat::has_policies<Parameters>) frame.policies = facts.policies;
+    if constexpr (machine::has_form_word<Parameters>) frame.wide = facts.has_planes() ? 1 : 0;
+    if constexpr (splat::has_parts_words<Parameters>) {
+        frame.routes = facts.routes ? 1 : 0;
+        frame.blooms = facts.blooms ? 1 : 0;
+        frame.draws = 1;
+    }
+}
+
 /// Throws Error if a renderer of policies P cannot serve a setup: its pixels lack a plane, it has other steps, or (by value) its records or
 /// rules differ.
 template <class P>
@@ -133,6 +165,18 @@ inline void check_hops(SetupFacts const& facts, std::uint32_t hops)
     if (facts.sizes.one_channel_memory && hops != 0)
         throw Error(std::string("setup ") + facts.name + " with bounded hops (its routing and bloom take turns in one set of " +
                     "channels, which a bound would leave full); choose a setup with channels of their own");
+}
+
+/// Throws Error for a prefetch where moving records early could change a picture.
+inline void check_prefetch(SetupFacts const& facts, std::uint32_t hops)
+{
+    auto const refuse = [](std::string const& what, char const* why) {
+        throw Error("prefetch with " + what + " (" + why + "); render without it, or choose `lossless`");
+    };
+    auto const setup = std::string("setup ") + facts.name;
+    if (facts.policies.holds == 0) refuse(setup, "it drops records that find no room, also those that move early");
+    if (!facts.routes) refuse(setup, "it does not route: the host places its records in each view");
+    if (hops != 0) refuse("bounded hops", "a frame that is cut depends on where its records were before");
 }
 
 }}} // namespace tilemesh::render

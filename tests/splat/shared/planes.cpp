@@ -1,4 +1,4 @@
-// test: without tsan
+// test: unoptimised test, without tsan
 #include "runner_of.hpp"
 
 using namespace support;

@@ -1,4 +1,4 @@
-// test: without asan tsan
+// test: unoptimised test, without asan tsan
 #include "runner_of.hpp"
 
 using namespace support;

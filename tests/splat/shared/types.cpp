@@ -1,3 +1,4 @@
+// test: unoptimised test
 // The renderers by reference whose types say planes and steps, as a program without the compiled library has them.
 #include "runner_of.hpp"
 

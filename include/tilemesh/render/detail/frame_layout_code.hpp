@@ -51,6 +51,13 @@ try {
     return false;
 }
 
+TILEMESH_HOST void check_workers(MachineSize const& machine, std::uint32_t most)
+{
+    if (machine.workers >= 1 && machine.workers <= most) return;
+    auto const up_to = "1 to " + std::to_string(most);
+    throw Error("machine " + std::string(machine.name) + " with " + std::to_string(machine.workers) + " workers (a tile counts the work of " + up_to +
+                "); give the machine " + up_to + " workers");
+}
 TILEMESH_HOST void check_camera(splat::Camera const& camera)
 {
     bool finite = true;

@@ -8,6 +8,7 @@
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/ranks/gather.hpp>
 #include <tilemesh/render/ranks/record_share.hpp>
 #include <tilemesh/render/ranks/row_shares.hpp>
 #include <tilemesh/render/ranks/row_weights.hpp>
@@ -92,7 +93,7 @@ public:
             p.emplace(plan());
         });
         if (first != nullptr && engine.row_weights.empty())
-            engine.row_weights = weights_of_rows(group, records, options, p->grid.height, *first, tiling);
+            engine.row_weights = weights_of_rows(group, records, !shared_ && options.rows_of_all_parts == 0, p->grid.height, *first, tiling);
         this->make_mesh(p->program, p->grid, p->sizes, engine);
         step([&] {
             if (observer_) mesh_->observe(observer_);
@@ -280,40 +281,13 @@ public:
         mesh_->share(off.missing);
         mesh_->share(off.missing_ids);
         mesh_->share(off.under_way);
-        share_counts(report);
+        share_counts(*mesh_, report);
         return off;
     }
-    /// A process has whole rows of the picture, one process after the other, so the first receives the others' rows where they belong. The
-    /// others then have a picture of no width, and keep its memory for the next frame.
     template <class P>
     void picture(SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
     {
-        auto const row_of = [&](std::uint32_t rank) {
-            return rank == mesh_->ranks() ? tiling.rows : std::min(mesh_->bands().first(rank), tiling.rows);
-        };
-        auto const y_of = [&](std::uint32_t rank) { return std::min(row_of(rank) * tiling.tile_height, camera.height); };
-        auto const pixels_of = [&](std::uint32_t rank) { return std::size_t{camera.width} * (y_of(rank + 1) - y_of(rank)); };
-        auto const me = mesh_->rank();
-        step([&] {
-            if (is_first()) {
-                size_planes(camera, facts.has_depth, facts.has_alpha, to);
-            } else {
-                to.image.rgb.resize(3 * pixels_of(me));
-                to.depth.values.resize(facts.has_depth ? pixels_of(me) : 0);
-                to.alpha.values.resize(facts.has_alpha ? pixels_of(me) : 0);
-                to.image.width = camera.width;
-                to.depth.width = facts.has_depth ? camera.width : 0;
-                to.alpha.width = facts.has_alpha ? camera.width : 0;
-            }
-            copy_picture<P>(*mesh_, facts, tiling, camera, row_of(me), row_of(me + 1), to);
-        });
-        mesh_->join(to.image.rgb.data(), [&](std::uint32_t rank) { return 3 * pixels_of(rank); });
-        if (facts.has_depth) mesh_->join(to.depth.values.data(), pixels_of);
-        if (facts.has_alpha) mesh_->join(to.alpha.values.data(), pixels_of);
-        if (is_first()) return;
-        to.image.width = to.depth.width = to.alpha.width = 0; // the colours stay in memory: to fill them with zeros in each frame takes as
-        to.depth.values.clear();                              // long as to copy them
-        to.alpha.values.clear();
+        gather_picture<P>(*mesh_, facts, tiling, camera, to);
     }
     template <class X, class F>
     void picture_of(RenderedFrame& to, F const& copy)
@@ -349,30 +323,6 @@ private:
             throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
                         "give the same to every rank");
     }
-    /// The work of each row of tiles in a view. Each process projects its share of the map.
-    std::vector<std::uint32_t> weights_of_rows(Group& group, Records const& records, RendererOptions const& options, std::uint32_t height,
-                                               splat::View const& view, splat::Tiling const& tiling) const
-    {
-        std::optional<RowWeights> rows;
-        group.together([&] {
-            rows.emplace(tiling, height);
-            if (group.rank() == 0) rows->add_tiles();
-            RowShares mine(records.rows());
-            if (!shared_ && options.rows_of_all_parts == 0) mine = RowShares(records.rows(), group.ranks(), group.rank()); // of the whole map
-            constexpr std::uint32_t at_once = 256;
-            splat::Splat splats[at_once];
-            auto const last = static_cast<std::uint32_t>(mine.last());
-            for (auto row = mine.first(); row < last; row += at_once) {
-                auto const some = std::min(at_once, last - row);
-                records.project(row, some, view, tiling, splats);
-                for (std::uint32_t i = 0; i < some; ++i) rows->add(splats[i]);
-            }
-        });
-        group.sum(rows->work().data(), rows->work().size());
-        std::vector<std::uint32_t> weights;
-        group.together([&] { weights = rows->weights(); });
-        return weights;
-    }
     /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. A key's depth is finite and not negative, so a key
     /// is below 2^63. `keys`: those of this process, sorted. Cost: 64 agreements of one word.
     std::uint64_t nth_of_all(std::vector<std::uint64_t> const& keys, std::uint64_t n)
@@ -386,24 +336,6 @@ private:
             else least_key = middle + 1;
         }
         return least_key;
-    }
-    /// Gives every process the counts in the first one's report that follow from the losses.
-    void share_counts(report::FrameReport& r)
-    {
-        auto const full = r.full_tiles.value_or(report::FullTiles{});
-        std::vector<std::uint64_t> words;
-        step([&] {
-            words = {r.gaussians.under_way, r.gaussians.unplaced, r.gaussians.dropped, r.lost_copies, r.late_copies, r.full_tiles ? 1u : 0u,
-                     full.count, full.fullest, full.slots_needed, full.slots_available};
-        });
-        mesh_->share(words);
-        r.gaussians.under_way = words[0];
-        r.gaussians.unplaced = words[1];
-        r.gaussians.dropped = words[2];
-        r.lost_copies = words[3];
-        r.late_copies = words[4];
-        if (words[5] != 0)
-            r.full_tiles = {static_cast<std::uint32_t>(words[6]), static_cast<std::uint32_t>(words[7]), words[8], words[9]};
     }
 
     std::uint64_t digest_ = 0; ///< of what all processes have in common

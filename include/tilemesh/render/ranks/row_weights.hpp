@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <tilemesh/render/ranks/row_shares.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -53,5 +55,32 @@ private:
     splat::Tiling tiling_;
     std::vector<std::uint64_t> work_;
 };
+
+/// The work of each row of tiles in a view. Each process of a group projects its share of the map. `whole`: `records` are those of the whole
+/// map.
+template <class Group, class Records>
+std::vector<std::uint32_t> weights_of_rows(Group& group, Records const& records, bool whole, std::uint32_t height, splat::View const& view,
+                                           splat::Tiling const& tiling)
+{
+    std::optional<RowWeights> rows;
+    group.together([&] {
+        rows.emplace(tiling, height);
+        if (group.rank() == 0) rows->add_tiles();
+        RowShares mine(records.rows());
+        if (whole) mine = RowShares(records.rows(), group.ranks(), group.rank());
+        constexpr std::uint32_t at_once = 256;
+        splat::Splat splats[at_once];
+        auto const last = static_cast<std::uint32_t>(mine.last());
+        for (auto row = mine.first(); row < last; row += at_once) {
+            auto const some = std::min(at_once, last - row);
+            records.project(row, some, view, tiling, splats);
+            for (std::uint32_t i = 0; i < some; ++i) rows->add(splats[i]);
+        }
+    });
+    group.sum(rows->work().data(), rows->work().size());
+    std::vector<std::uint32_t> weights;
+    group.together([&] { weights = rows->weights(); });
+    return weights;
+}
 
 }}} // namespace tilemesh::render
