@@ -119,7 +119,7 @@ struct OpenCell {
     std::uint32_t number;  ///< in the tile, row by row
     std::uint32_t in_window; ///< its bit in CellChunk::cells
     std::uint32_t columns; ///< those that are blended, as bits
-    std::uint32_t blended; ///< splats since the last look at the end of a group
+    std::uint32_t blended; ///< splats so far, or since the last look at the end of a group
     std::uint32_t going;   ///< 1 if a pixel went on after the last batch
 
     /// Makes the cell black. Pixels outside `live` are dead.

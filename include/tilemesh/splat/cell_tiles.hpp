@@ -14,8 +14,8 @@ struct PairCount {
 };
 
 namespace detail {
-/// A cell checks whether all its pixels have stopped after `blended_between_looks` splats of its own in a group of the list, and at the end of
-/// the group. So the pairs that are evaluated do not depend on the size of a chunk.
+/// A cell checks whether all its pixels have stopped after `blended_between_looks` splats of its own. If its tally looks by groups, it also checks
+/// at the end of each group of the list, and then begins to count anew. So the pairs that are evaluated do not depend on the size of a chunk.
 inline constexpr std::uint32_t splats_a_group = 128;
 
 /// Can two cells be blended at once? A tile's worker has no room for it.
@@ -166,26 +166,26 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
                 m.lists.begin(m.chunk, most, window.columns * window.bands);
             }
             if (cell.columns == 0) continue;
-            if (begin % splats_a_group == 0) cell.blended = 0;
+            if (Tally::by_groups && begin % splats_a_group == 0) cell.blended = 0;
             if constexpr (pairs_cells<size> && !decltype(cell.state)::has_depth)
                 if (set.lanes() == 2 * cell_width && (b + 1) % open != 0 && m.cells[b + 1].columns != 0 && beside(cell, m.cells[b + 1])) {
                     auto& right = m.cells[++b];
                     fetch_part_ahead<size>(begin + size, n, b, all, at);
-                    if (begin % splats_a_group == 0) right.blended = 0;
+                    if (Tally::by_groups && begin % splats_a_group == 0) right.blended = 0;
                     Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{cell, m.list, m.lists.list(cell.in_window, m.list)};
                     decltype(one) other{right, m.second, m.lists.list(right.in_window, m.second)};
                     blend_pair<Rule, Stop>(set, m, one, other, special, rules, tally);
                     for (auto const* listed : {&one, &other}) {
                         std::memmove(m.list, listed->list, (listed->left + 1) * sizeof *listed->list);
                         blend_listed<Rule, Stop>(set, m, listed->cell, listed->left, special, rules, tally);
-                        if ((begin + size) % splats_a_group == 0) tally.look(listed->cell);
+                        if (Tally::by_groups && (begin + size) % splats_a_group == 0) tally.look(listed->cell);
                         going += listed->cell.columns != 0 ? 1u : 0u;
                     }
                     continue;
                 }
             std::uint32_t const listed = m.lists.list(cell.in_window, m.list);
             blend_listed<Rule, Stop>(set, m, cell, listed, special, rules, tally);
-            if ((begin + size) % splats_a_group == 0) tally.look(cell);
+            if (Tally::by_groups && (begin + size) % splats_a_group == 0) tally.look(cell);
             going += cell.columns != 0 ? 1u : 0u;
         }
     }
@@ -193,6 +193,7 @@ void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count,
 
 /// Counts the pairs of a tile's cells: `counts[number % workers]` gets those of cell `number`.
 struct TileTally {
+    static constexpr bool by_groups = true;
     PairCount* counts;
     std::uint32_t workers;
 

@@ -2,6 +2,7 @@
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/cell_tiles.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
+#include <tilemesh/splat/homes/block_lists.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 
 /// Blends a window's splats into the blocks that a tile keeps. The arithmetic, and every bit, is that of blending.hpp: a pixel sees the
@@ -33,15 +34,25 @@ template <class Kept>
 void begin_block(Kept& kept, BlockAt const& block, Camera const& camera) noexcept
 {
     kept = {};
-    for (std::uint32_t j = 0; j < block_height; ++j)
+    bool const whole = block.exists && block.x + block_width <= camera.width && block.y + block_height <= camera.height;
+    for (auto& row : kept.transmittance)
+        for (float& t : row) t = whole ? 1.0f : -1.0f;
+    for (std::uint32_t j = 0; j < block_height && block.exists && !whole; ++j)
         for (std::uint32_t i = 0; i < block_width; ++i)
-            kept.transmittance[j][i] = block.exists && block.x + i < camera.width && block.y + j < camera.height ? 1.0f : -1.0f;
+            if (block.x + i < camera.width && block.y + j < camera.height) kept.transmittance[j][i] = 1.0f;
 }
 /// Those of the strips `mine` in which a pixel goes on, as bits. It reads no other strip, because another worker may write it.
 template <class Kept>
 std::uint32_t going_strips(Kept const& kept, std::uint32_t mine, float transmittance_min) noexcept
 {
     std::uint32_t going = 0;
+    if (mine == (1u << strips_a_block) - 1) {
+        std::uint32_t columns[block_width] = {}; // in vectors
+        for (auto const& row : kept.transmittance)
+            for (std::uint32_t i = 0; i < block_width; ++i) columns[i] |= row[i] >= transmittance_min ? 1u : 0u;
+        for (std::uint32_t i = 0; i < block_width; ++i) going |= columns[i] << i / strip_width;
+        return going;
+    }
     for (std::uint32_t s = 0; s < strips_a_block; ++s) {
         if ((mine >> s & 1u) == 0) continue;
         for (auto const& row : kept.transmittance)
@@ -151,8 +162,10 @@ inline constexpr std::uint32_t cells_across = block_width / cell_width, bands_a_
 static_assert(block_height > 1 && block_height <= cell_height + 1,
               "wherever a block begins, it touches at most two rows of cells");
 
-/// Counts the pairs of kept cells, strip by strip. `OpenCell::number` is the number of the first strip.
+/// Counts the pairs of kept cells, strip by strip. `OpenCell::number` is the number of the first strip. Cells look by their own splats alone, so
+/// it does not matter whether a list also has splats that reach other blocks only.
 struct StripTally {
+    static constexpr bool by_groups = false;
     Work* work;
     std::uint32_t workers;
     float transmittance_min;
@@ -168,13 +181,15 @@ struct StripTally {
     template <class AnyCell>
     void look(AnyCell& cell) const noexcept
     {
-        std::uint32_t going = 0;
+        std::uint32_t columns[cell_width] = {}, going = 0; // in vectors
         for (auto const& row : cell.state.transmittance)
-            for (std::uint32_t i = 0; i < cell_width; ++i)
-                going |= row[i] >= transmittance_min ? ((1u << strip_width) - 1) << i / strip_width * strip_width : 0u;
+            for (std::uint32_t i = 0; i < cell_width; ++i) columns[i] |= row[i] >= transmittance_min ? 1u : 0u;
+        for (std::uint32_t i = 0; i < cell_width; ++i) going |= (columns[i] * ((1u << strip_width) - 1)) << i / strip_width * strip_width;
         cell.columns &= going;
     }
 };
+inline constexpr std::uint32_t all_strips_of_a_cell = (1u << strips_a_cell) - 1;
+TILEMESH_KERNEL void copy_row(float* to, float const* from) noexcept { __builtin_memcpy(to, from, cell_width * sizeof(float)); }
 /// Opens a cell with what a block has kept of it. `strips`: those of the cell that are this worker's; the pixels of the others take no part,
 /// because another worker may write them.
 template <class AnyCell, class Kept>
@@ -182,6 +197,13 @@ void load_cell(AnyCell& cell, Kept const& kept, BlockAt const& block, std::uint3
 {
     for (std::uint32_t j = 0; j < cell_height; ++j) {
         std::uint32_t const y = cell.at.row + j - block.y; // wraps above the block
+        if (y < block_height && (strips & all_strips_of_a_cell) == all_strips_of_a_cell) {
+            std::uint32_t const x = cell.at.column - block.x;
+            copy_row(cell.state.transmittance[j], kept.transmittance[y] + x);
+            copy_row(cell.state.red[j], kept.red[y] + x), copy_row(cell.state.green[j], kept.green[y] + x), copy_row(cell.state.blue[j], kept.blue[y] + x);
+            if constexpr (Kept::has_depth) copy_row(cell.state.weight[j], kept.weight[y] + x), copy_row(cell.state.depth[j], kept.depth[y] + x);
+            continue;
+        }
         for (std::uint32_t i = 0; i < cell_width; ++i) {
             std::uint32_t const x = cell.at.column + i - block.x;
             if (y >= block_height || (strips >> i / strip_width & 1u) == 0) continue;
@@ -197,6 +219,13 @@ void keep_cell(AnyCell const& cell, Kept& kept, BlockAt const& block, std::uint3
 {
     for (std::uint32_t j = 0; j < cell_height; ++j) {
         std::uint32_t const y = cell.at.row + j - block.y;
+        if (y < block_height && (strips & all_strips_of_a_cell) == all_strips_of_a_cell) {
+            std::uint32_t const x = cell.at.column - block.x;
+            copy_row(kept.transmittance[y] + x, cell.state.transmittance[j]);
+            copy_row(kept.red[y] + x, cell.state.red[j]), copy_row(kept.green[y] + x, cell.state.green[j]), copy_row(kept.blue[y] + x, cell.state.blue[j]);
+            if constexpr (Kept::has_depth) copy_row(kept.weight[y] + x, cell.state.weight[j]), copy_row(kept.depth[y] + x, cell.state.depth[j]);
+            continue;
+        }
         for (std::uint32_t i = 0; i < cell_width && y < block_height; ++i) {
             if ((strips >> i / strip_width & 1u) == 0) continue;
             std::uint32_t const x = cell.at.column + i - block.x;
@@ -206,56 +235,94 @@ void keep_cell(AnyCell const& cell, Kept& kept, BlockAt const& block, std::uint3
         }
     }
 }
-/// A block in progress, or the part of it that is one cell wide.
-struct OpenPart {
-    std::uint32_t number; ///< of the block
-    std::uint32_t mine;   ///< this worker's strips of the block
-    BlockAt place;
-};
-/// `blend_kept_blocks` in cells: `Group` blocks at a time, or for a worker, which has little memory, a part that is one cell wide.
-template <class Rule, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
+/// Opens the cells of a part of a block, `columns` wide and `bands_a_block` high, with what the block has kept of them. `first`: the first cell's
+/// column in the block. `strips`: the worker's, of the block.
+template <class AnyCell, class Kept>
+CellWindow open_cells(AnyCell* cells, std::uint32_t columns, std::uint32_t first, Kept const& kept, BlockAt const& block, std::uint32_t number,
+                      std::uint32_t strips, Camera const& camera) noexcept
+{
+    std::uint32_t const column = block.x + first * cell_width, row = block.y / cell_height * cell_height;
+    for (std::uint32_t k = 0; k < columns * bands_a_block; ++k) {
+        cells[k].begin({column + k % columns * cell_width, row + k / columns * cell_height, camera.cx, camera.cy}, {});
+        cells[k].number = (number * cells_across + first + k % columns) * strips_a_cell;
+        cells[k].in_window = k;
+        load_cell(cells[k], kept, block, strips >> (cells[k].number % strips_a_block));
+    }
+    return {column, row, columns, bands_a_block, &camera};
+}
+/// Gives a block the pixels of a part of it, and counts its pairs.
+template <class AnyCell, class Kept>
+void close_cells(AnyCell const* cells, std::uint32_t count, Kept& kept, BlockAt const& block, std::uint32_t strips, std::uint32_t workers, Work& work) noexcept
+{
+    for (std::uint32_t k = 0; k < count; ++k) {
+        auto const& cell = cells[k];
+        keep_cell(cell, kept, block, strips >> (cell.number % strips_a_block));
+        for (std::uint32_t i = 0; i < cell_width; ++i) // only its own: another worker may write the other counters
+            if (cell.state.contributing[i] != 0)
+                work.contributing[(cell.number + i / strip_width) % workers] += static_cast<std::uint32_t>(cell.state.contributing[i]);
+    }
+}
+/// `blend_kept_blocks` in cells for a worker, which has little memory: a part of a block that is one cell wide at a time.
+template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class SplatAt>
 [[gnu::noinline]] void blend_kept_cells(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
                                         std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
 {
     typename Rule::Denormals const denormals;
-    constexpr std::uint32_t width = Group == 1 ? 1 : cells_across, parts_a_block = cells_across / width, cells_a_part = width * bands_a_block;
-    CellMemory<Kept::has_depth, Group * cells_a_part, Size> m;
+    CellMemory<Kept::has_depth, bands_a_block, Size> m;
     StripTally const tally{&work, workers, rules.transmittance_min};
-    OpenPart parts[Group];
-    CellWindow windows[Group];
-    std::uint32_t const all = fold.tile_blocks() * parts_a_block;
-    for (std::uint32_t next = 0; next < all;) {
-        std::uint32_t open = 0;
-        for (; open < Group && next < all; ++next) {
-            std::uint32_t const number = next / parts_a_block, first = next % parts_a_block * width * strips_a_cell;
-            auto const place = block_at(fold, tile, number);
-            if (!place.exists || (finished & fold.bit_of(number)) != 0) continue;
-            std::uint32_t const mine = strips_of(worker, number) & ((1u << width * strips_a_cell) - 1) << first;
-            if (going_strips(blocks[number], mine, rules.transmittance_min) == 0) continue;
-            std::uint32_t const column = place.x + first * strip_width, row = place.y / cell_height * cell_height;
-            parts[open] = {number, mine, place};
-            windows[open] = {column, row, width, bands_a_block, &camera};
-            for (std::uint32_t k = 0; k < cells_a_part; ++k) {
-                auto& cell = m.cells[open * cells_a_part + k];
-                cell.begin({column + k % width * cell_width, row + k / width * cell_height, camera.cx, camera.cy}, {});
-                cell.number = number * strips_a_block + first + k % width * strips_a_cell;
-                cell.in_window = k;
-                load_cell(cell, blocks[number], place, mine >> (cell.number % strips_a_block));
-                tally.look(cell);
-            }
-            ++open;
-        }
-        if (open == 0) break;
-        blend_open_cells<Rule, StopAsAsked, N>(m, windows, open, cells_a_part, rules, n, at, tally);
-        for (std::uint32_t b = 0; b < open * cells_a_part; ++b) {
-            auto const& part = parts[b / cells_a_part];
-            auto const& cell = m.cells[b];
-            keep_cell(cell, blocks[part.number], part.place, part.mine >> (cell.number % strips_a_block));
-            for (std::uint32_t i = 0; i < cell_width; ++i) // only its own: another worker may write the other counters
-                if (cell.state.contributing[i] != 0)
-                    work.contributing[(cell.number + i / strip_width) % workers] += static_cast<std::uint32_t>(cell.state.contributing[i]);
-        }
+    for (std::uint32_t part = 0; part < fold.tile_blocks() * cells_across; ++part) {
+        std::uint32_t const number = part / cells_across, first = part % cells_across;
+        auto const place = block_at(fold, tile, number);
+        if (!place.exists || (finished & fold.bit_of(number)) != 0) continue;
+        std::uint32_t const mine = strips_of(worker, number) & ((1u << strips_a_cell) - 1) << first * strips_a_cell;
+        if (going_strips(blocks[number], mine, rules.transmittance_min) == 0) continue;
+        auto const window = open_cells(m.cells, 1, first, blocks[number], place, number, mine, camera);
+        for (auto& cell : m.cells) tally.look(cell);
+        blend_open_cells<Rule, StopAsAsked, N>(m, &window, 1, bands_a_block, rules, n, at, tally);
+        close_cells(m.cells, bands_a_block, blocks[number], place, mine, workers, work);
     }
+}
+/// The same for a host thread: block by block, each with the splats that may reach it.
+template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class SplatAt>
+[[gnu::noinline]] void blend_listed_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
+                                           std::uint32_t n, SplatAt const& at, std::uint32_t workers, Work& work) noexcept
+{
+    typename Rule::Denormals const denormals;
+    constexpr std::uint32_t cells_a_block = cells_across * bands_a_block, all_strips = (1u << strips_a_block) - 1;
+    CellMemory<Kept::has_depth, cells_a_block, Size> m;
+    StripTally const tally{&work, workers, rules.transmittance_min};
+    struct {
+        std::uint32_t columns[cells_a_block], blended[cells_a_block];
+    } paused[BlockGroup::most]; // what a cell has no place for in its block, from list to list
+    for_each_group(fold, [&](BlockGroup const& group) noexcept {
+        std::uint32_t open = 0, begun = 0; // blocks, as bits
+        for (std::uint32_t k = 0; k < group.count(); ++k) {
+            std::uint32_t const number = group.number(k, fold);
+            bool const goes = block_at(fold, tile, number).exists && (finished & fold.bit_of(number)) == 0;
+            if (goes && going_strips(blocks[number], all_strips, rules.transmittance_min) != 0) open |= 1u << k;
+        }
+        if (open == 0) return;
+        BlockLists lists(fold, tile, group, camera);
+        for (std::uint32_t next = 0; next < n && open != 0;) {
+            next = lists.list(next, n, open, at);
+            for (std::uint32_t k = 0; k < group.count(); ++k) {
+                auto const list = lists.of(k);
+                if (list.count == 0) continue;
+                std::uint32_t const number = group.number(k, fold);
+                auto const place = block_at(fold, tile, number);
+                auto const window = open_cells(m.cells, cells_across, 0, blocks[number], place, number, all_strips, camera);
+                for (std::uint32_t c = 0; c < cells_a_block; ++c)
+                    if ((begun >> k & 1u) == 0) tally.look(m.cells[c]);
+                    else m.cells[c].columns = paused[k].columns[c], m.cells[c].blended = paused[k].blended[c];
+                begun |= 1u << k;
+                blend_open_cells<Rule, StopAsAsked, N>(m, &window, 1, cells_a_block, rules, list.count, list, tally);
+                close_cells(m.cells, cells_a_block, blocks[number], place, all_strips, workers, work);
+                if (!goes_on(m.cells, cells_a_block)) open &= ~(1u << k);
+                for (std::uint32_t c = 0; c < cells_a_block; ++c)
+                    paused[k].columns[c] = m.cells[c].columns, paused[k].blended[c] = m.cells[c].blended;
+            }
+        }
+    });
 }
 template <std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
 void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, std::uint32_t finished, std::uint32_t n, SplatAt const& at,
@@ -263,12 +330,14 @@ void blend_kept(Kept* blocks, Fold const& fold, TileId tile, View const& view, s
 {
     Rules const& rules = view.rules;
     bool const each = rules.arithmetic == Arithmetic::precise || !(rules.alpha_min >= faintest_cut);
-    if (!each)
-        blend_kept_cells<FastRule, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
-    else if (rules.stop == Stop::after_crossing)
+    if (!each) {
+        if constexpr (Group == 1) blend_kept_cells<FastRule, N, Size>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
+        else blend_listed_blocks<FastRule, N, Size>(blocks, fold, tile, view.camera, rules, finished, n, at, workers, work);
+    } else if (rules.stop == Stop::after_crossing) {
         blend_kept_blocks<StopEachPixel, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
-    else
+    } else {
         blend_kept_blocks<StopBeforeCrossing, N, Size, Group>(blocks, fold, tile, view.camera, rules, finished, n, at, worker, workers, work);
+    }
 }
 } // namespace detail
 
