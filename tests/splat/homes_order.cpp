@@ -2,7 +2,10 @@
 // What a host does at once for all workers of a tile of the program of homes: sorted runs and their order, and a fold as a table.
 #include "support.hpp"
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <doctest/doctest.h>
+#include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/homes/blend.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <vector>
@@ -102,4 +105,72 @@ TEST_CASE("homes on a host: the table of a fold is the fold")
     REQUIRE(fold.blocks_a_bit > 1);
     homes::FoldTable const table(fold);
     for (std::uint32_t b = 0; b < fold.tile_blocks(); ++b) CHECK(table.bit_of(b) == fold.bit_of(b));
+}
+
+namespace {
+/// What a tile's kept blocks and counters become when they blend a list of splats.
+struct Kept {
+    std::vector<homes::NarrowBlock> blocks;
+    homes::Work work{};
+    Kept(homes::Fold const& fold, TileId tile, splat::Camera const& camera) : blocks(fold.tile_blocks())
+    {
+        for (std::uint32_t b = 0; b < blocks.size(); ++b) homes::detail::begin_block(blocks[b], homes::block_at(fold, tile, b), camera);
+    }
+    bool operator==(Kept const& other) const
+    {
+        return std::memcmp(blocks.data(), other.blocks.data(), blocks.size() * sizeof blocks[0]) == 0 && std::memcmp(&work, &other.work, sizeof work) == 0;
+    }
+};
+/// Splats of a view: small ones, some that cover the frame, needles, and some whose middle is far away.
+std::vector<splat::Splat> splats_of(std::uint32_t n, float largest, splat::View const& view, std::uint64_t seed)
+{
+    support::Random random(seed);
+    std::vector<splat::Splat> out;
+    auto const tiling = splat::make_tiling(view.camera.width, view.camera.height, splat::block_width, splat::block_height);
+    while (out.size() < n) {
+        auto g = support::cloud(1, random.below(1'000'000))[0];
+        bool const large = random.below(8) == 0;
+        for (float& s : g.log_scale) s = large ? std::log(largest) - 0.5f * static_cast<float>(random.below(8)) : s;
+        if (large)
+            for (int c = 0; c < 2; ++c) g.mean_world[c] *= 1.0f + largest * static_cast<float>(random.below(3));
+        g.opacity = 0.01f * static_cast<float>(1 + random.below(99));
+        if (auto const s = splat::project(g, view, tiling); s.visible()) out.push_back(s);
+    }
+    return out;
+}
+} // namespace
+
+TEST_CASE("homes on a host: blocks that blend the splats that may reach them have the pixels and the counters of the workers")
+{
+    struct Frame {
+        std::uint32_t width, height;
+        Grid grid;
+        bool folded;
+    };
+    std::uint32_t tiles = 0, far = 0;
+    for (Frame const& frame : {Frame{64, 40, {1, 1}, true}, Frame{200, 130, {1, 1}, true}, Frame{700, 33, {1, 2}, false}, Frame{300, 200, {4, 5}, true}})
+        for (std::uint32_t const n : {0u, 1u, 130u, 1024u, 1700u})
+            for (float const largest : {0.05f, 30.0f}) {
+                auto view = splat::make_view(support::lens(frame.width, frame.height), splat::Rules{});
+                view.rules.arithmetic = splat::Arithmetic::fast;
+                auto const splats = splats_of(n, largest, view, n + frame.width);
+                for (auto const& s : splats) far += std::fabs(s.mean_px[0]) > 2 * static_cast<float>(frame.width + frame.height) ? 1u : 0u;
+                auto const at = [&](std::uint32_t i) -> splat::Splat const& { return splats[i]; };
+                auto const fold = homes::make_fold(frame.width, frame.height, frame.grid, frame.folded);
+                for (TileId const tile : frame.grid.tiles()) {
+                    if (tile.y() > 1 || tile.x() > 1) continue;
+                    CAPTURE(n);
+                    CAPTURE(largest);
+                    CAPTURE(frame.width);
+                    std::uint32_t const finished = frame.folded ? 0u : 2u;
+                    Kept workers(fold, tile, view.camera), at_once = workers;
+                    for (std::uint32_t w = 0; w < 6; ++w)
+                        homes::blend_window(workers.blocks.data(), fold, tile, view, finished, n, at, Worker{w, 6}, workers.work);
+                    homes::blend_whole_window(at_once.blocks.data(), fold, tile, view, finished, n, at, 6, at_once.work);
+                    CHECK(at_once == workers);
+                    tiles += workers.work.contributing[0] != 0 ? 1u : 0u;
+                }
+            }
+    CHECK(tiles > 30);
+    CHECK(far > 10);
 }

@@ -111,7 +111,7 @@ private:
 
     /// The rectangle of a splat is that of its ellipse at the cut. The ellipse that says which cells it reaches has margins, and its rectangle
     /// may cut off a ten-thousandth of it (cell_lists.hpp). A splat with a mean within twice the frame's sides, of whose rectangle an edge is
-    /// in the frame, reaches at most three times as far.
+    /// in the frame, reaches at most three times as far. Rectangles are whole pixels, so on small ellipses no margin shows.
     static std::uint32_t margin(Camera const& camera) noexcept { return cell_height + 4 + (camera.width + camera.height) / 2048; }
     /// A splat whose mean is farther away may reach any block.
     bool is_near(Splat const& s) const noexcept
