@@ -9,6 +9,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 
 int main(int argc, char** argv)
 try {
@@ -16,7 +17,7 @@ try {
     auto const map = argc > 1 ? tilemesh::scene::load_ply(argv[1]) : tilemesh::scene::built_in_map();
     auto const camera = tilemesh::scene::frame_whole(map, {1280, 720});
 
-    tilemesh::Renderer renderer{map};          // Mk2, 40 x 36 tiles, preset lossless
+    tilemesh::Renderer renderer{at_degree(map, 0)}; // Mk2, 40 x 36 tiles, preset lossless; a Gaussian has one colour
     auto const frame = renderer.render(camera);
 
     tilemesh::report::write_pfm("first_frame.pfm", frame.image);

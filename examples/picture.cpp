@@ -11,6 +11,7 @@
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/records.hpp>
 #include <unistd.h>
 
 namespace {
@@ -43,12 +44,13 @@ int render(int argc, char** argv)
     files.write(out, "the picture", "name another file as the second argument");
 
     auto const map = built_in ? tilemesh::scene::built_in_map() : tilemesh::scene::load_ply(argv[1]);
-    tilemesh::Renderer renderer{map}; // Mk2, 40 x 36 tiles, preset lossless
+    tilemesh::Renderer renderer{at_degree(map, 0)}; // Mk2, 40 x 36 tiles, preset lossless; a Gaussian has one colour
     auto const frame = renderer.render(camera_of(map, built_in));
     shared::write_png(out, frame.image);
 
     std::cout << "The picture of " << map.gaussians.size() << " Gaussians: "
               << shared::one_line(fs::absolute(out).lexically_normal().string()) << '\n';
+    if (map.sh_degree != 0) std::cout << "Each Gaussian has one colour here; render_map shows the colours that depend on the view.\n";
     if (!frame.report.lost.empty())
         std::cout << "It lacks " << frame.report.lost.size() << " records and copies (tiles are full); render_map renders such a map completely.\n";
     return 0;

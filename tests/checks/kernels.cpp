@@ -35,6 +35,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/homes/blend.hpp>
+#include <tilemesh/splat/homes/block_lists.hpp>
 #include <tilemesh/splat/homes/deliver.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/homes/program.hpp>

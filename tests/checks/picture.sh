@@ -6,10 +6,11 @@
 . "$(dirname "$0")/render_map_common.sh"
 
 is_png() { [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || fail "$1 is no PNG"; }
-ball() { # a map of one ball, 3 m ahead
+ball() { # [PROPERTIES VALUES]: a map of one ball, 3 m ahead
     printf 'ply\nformat ascii 1.0\nelement vertex 1\n'
-    printf 'property float %s\n' x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3
-    printf 'end_header\n0 0 3 1 0.5 0 2 -1 -1 -1 1 0 0 0\n'
+    # shellcheck disable=SC2086
+    printf 'property float %s\n' x y z f_dc_0 f_dc_1 f_dc_2 ${1-} opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3
+    printf 'end_header\n0 0 3 1 0.5 0 %s 2 -1 -1 -1 1 0 0 0\n' "${2-}"
 }
 
 runs --help
@@ -23,6 +24,10 @@ runs ball.ply ball.png
 is_png ball.png
 has stdout '^The picture of 1 Gaussian'
 cmp -s ball.png picture.png && fail "two maps have one picture"
+ball "$(seq -f f_rest_%g 0 8)" '9 9 9 9 9 9 9 9 9' >shaded.ply # as trained maps are: its colours depend on the view
+runs shaded.ply shaded.png
+has stdout '^Each Gaussian has one colour here'
+cmp -s ball.png shaded.png || fail "harmonics change the picture"
 
 refuses 'absent.ply' absent.ply
 head -c 300 ball.ply >cut.ply

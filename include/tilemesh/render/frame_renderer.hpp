@@ -146,7 +146,7 @@ private:
     std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage; }
     Parameters& frame() noexcept { return host_.mesh().template broadcast<Parameters>(); }
 
-    /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether the view is new.
+    /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether there is anything new to show.
     bool put_records(splat::View const& view)
     {
         bool const changed = prefetched_ || !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0 ||

@@ -290,7 +290,7 @@ private:
     {
         return by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
     }
-    /// The entry that tiles store for a row; `entry_of`: for its projected splat.
+    /// The record that a tile stores for a row; `entry_of`: what it stores for the projected splat.
     template <class M>
     typename P::Record record_of([[maybe_unused]] M& mesh, std::uint32_t row) const noexcept(!splat::stores_own_form<P>)
     {

@@ -48,7 +48,7 @@ struct RendererOptions {
     std::uint32_t rows_of_all_parts = 0;
 };
 
-/// The model with which a renderer begins: the setup's model, changed by the options. A footprint that the options name replaces that of
+/// The rules with which a renderer begins: the setup's, changed by the options. A footprint that the options name replaces that of
 /// their quality.
 inline splat::Rules with_options(splat::Rules rules, RendererOptions const& options) noexcept
 {

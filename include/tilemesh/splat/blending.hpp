@@ -99,7 +99,7 @@ template <class Rule, class Stop, std::uint32_t N, std::uint32_t Cells, std::uin
     }
 }
 
-/// `blend_tile_by` with the arithmetic and the stop rule that the model asks for. It is called, not inlined: a compiler would decide that by
+/// `blend_tile_by` with the arithmetic and the stop that the rules ask for. It is called, not inlined: a compiler would decide that by
 /// what else stands in the unit, and a unit's code is to be the same beside code that it does without (tests/checks/leave_out.sh).
 template <std::uint32_t N, std::uint32_t Cells, std::uint32_t Size, class Pixel, class SplatAt>
 [[gnu::noinline]] void blend_tile_as_asked(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,

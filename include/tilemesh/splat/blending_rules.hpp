@@ -50,7 +50,7 @@ struct StopEachPixel {
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };
-/// The rule that the model asks for, chosen batch by batch of a cell: so only the loops over pixels are there twice.
+/// The rule that the rules of the picture ask for, chosen batch by batch of a cell: so only the loops over pixels are there twice.
 struct StopAsAsked {};
 
 /// Coefficient k of the polynomial for 2^x. The polynomials have the least relative error on [-1/2, 1/2] (Remez): 7.5e-5 at degree 3, 2.6e-6

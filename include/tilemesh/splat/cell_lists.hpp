@@ -126,7 +126,7 @@ private:
     }
 };
 
-/// The cells of a band that the rectangles of L splats touch, and with `rows_touch` whether they touch the band.
+/// The cells of a band that the rectangles of L splats touch.
 template <std::uint32_t L>
 struct Rectangles {
     Words<L> bits, y0, y1;

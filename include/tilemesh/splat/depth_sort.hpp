@@ -123,7 +123,7 @@ void merge(Key* keys, std::uint32_t n, std::uint32_t m, Key* spare) noexcept
     }
 }
 /// A key of the last order is rarely farther from its new place. A camera turn of 0.1 degrees moves a key by a fraction of a place, a turn
-/// of 2 degrees by a few places. Beyond 8 moves a key, heap sort is cheaper.
+/// of 2 degrees by a few places. Beyond 8 moves a key, another sort is cheaper.
 inline constexpr std::uint32_t moves_a_key = 8;
 /// A tail of at most this length is inserted. Sorting and merging it would go through all keys once more.
 inline constexpr std::uint32_t short_tail = 4;

@@ -11,7 +11,7 @@ struct FrameParts {
 };
 
 /// The types that change what kernels do, and nothing else. Kernels, regions and channels are templates of this set. Two setups that differ
-/// only in machine, sizes or model have the same set, so they share all code.
+/// only in machine, sizes or rules have the same set, so they share all code.
 template <class Words, class Motion, class Picture, class Parts>
 struct Policies;
 template <class RecordType, class ProjectedType, class ParametersType, class RoutingType, class SaturationType, class AddressingType,

@@ -5,7 +5,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The purpose of a picture. The first three are pairs of the two cut-offs, alpha_min and transmittance_min, which trade the picture's error
-/// against its pairs; the rest of the model does not change. `training` names all rules of the model, and only the arithmetic and the
+/// against its pairs; the other rules do not change. `training` names all rules of the picture, and only the arithmetic and the
 /// background stay.
 ///
 /// The figures below are from `bench/error_vs_time --quick`: Sloth, Salad and the built-in map at 640 x 360. Pairs are Gaussian-pixel
@@ -52,8 +52,8 @@ constexpr char const* name(Quality quality) noexcept
                                            : "training";
 }
 
-/// Returns `model` with the rules of `quality`, for colours of 0 to 1. Compute a scene's demand with the returned model, because the
-/// demand depends on the model that renders.
+/// Returns `rules` with those of `quality`, for colours of 0 to 1. Compute a scene's demand with the returned rules, because the
+/// demand depends on the rules that render.
 constexpr Rules with_quality(Rules rules, Quality quality) noexcept
 {
     switch (quality) {

@@ -75,12 +75,12 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
 TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {
     if (!(rules.alpha_min >= 0) || !(rules.alpha_max >= 0) || !(rules.transmittance_min >= 0) || !(rules.dilation >= 0))
-        throw Error("a model whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (it would "
-                    "blend what is not light); correct the model");
+        throw Error("rules whose alpha_min, alpha_max, transmittance_min or dilation is negative or not a number (they would "
+                    "blend what is not light); correct the rules");
     if (!(rules.slope_limit[0] >= 0) || !(rules.slope_limit[1] >= 0))
-        throw Error("a model whose slope_limit is negative or not a number (0: the camera says it); correct the model");
+        throw Error("rules whose slope_limit is negative or not a number (0: the camera says it); correct the rules");
     for (float const v : rules.background)
-        if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the model");
+        if (!(v >= 0 && v <= 1)) throw Error("a background with a channel of " + std::to_string(v) + " (each is 0 to 1); correct the rules");
 }
 
 }}} // namespace tilemesh::render

@@ -71,4 +71,4 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
                                          : ""));
 }
 
-}}} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene::detail

@@ -61,4 +61,4 @@ TILEMESH_HOST void MapSink::finish()
         map_.notes.push_back("and " + std::to_string(map_.rejected - named_in_notes) + " more rows rejected");
 }
 
-}}} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene::detail

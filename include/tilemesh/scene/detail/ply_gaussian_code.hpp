@@ -92,4 +92,4 @@ TILEMESH_HOST char const* make_gaussian(GaussianRow const& raw, splat::Gaussian&
     return nullptr;
 }
 
-}}} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene::detail

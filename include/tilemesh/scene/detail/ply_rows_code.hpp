@@ -116,4 +116,4 @@ TILEMESH_HOST double AsciiRows::number(PlyType type) const
     return type == PlyType::float32 && std::fabs(value) < too_large ? static_cast<double>(static_cast<float>(value)) : value;
 }
 
-}}} // namespace tilemesh::scene
+}}} // namespace tilemesh::scene::detail
