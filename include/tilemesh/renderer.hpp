@@ -43,8 +43,8 @@ struct CoreOf<S, PortMesh> {
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
 /// moves none.
 ///
-/// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, or PoplarMesh (poplar/poplar_mesh.hpp), which
-/// runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
+/// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, PortMesh (engine/port.hpp), by value also
+/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
 /// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
 /// digests of values.
 ///
@@ -53,7 +53,8 @@ struct CoreOf<S, PortMesh> {
 /// default is Mesh: a renderer is compiled for its setup, without what the setup leaves out. Setups by reference share that renderer's code,
 /// except setups with planes, without routing or bloom, or with their own routing or blending. Results are equal.
 ///
-/// Errors: it throws Error if the frame, the grid or the map does not fit the machine, or if a limit is out of range. A record that finds
+/// Errors: it throws Error if the frame, the grid or the map does not fit the machine, if the map has a higher degree of harmonics than the
+/// setup's records (scene::at_degree drops the rest), if two records have one id, or if a limit is out of range. A record that finds
 /// no room while a frame runs is not an error: the frame's report lists it by id and cause. With `Hold`, a record whose anchor tile is full
 /// goes back to the host, which puts it onto the mesh again for the next view. With `Drop` the record is lost, as on the paper's machine.
 /// If an unplaced record left copies on other tiles, the host recalls them and the frame is composited again, so that the picture shows a

@@ -27,7 +27,8 @@ namespace render {
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
 ///
 /// The way of a Gaussian: `RecordTable` (the map) - `RecordKeeper` (onto tiles) - `ScreenCache` (projected, by reference) - the program
-/// splat::Frame on the mesh - `Host::picture`. render/ranks/host.hpp says what differs on an engine over several processes.
+/// splat::Frame on the mesh, whose kernels read it through `splat::Access` (by reference: render/host_form.hpp) - `Host::picture`.
+/// render/ranks/host.hpp says what differs on an engine over several processes.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
@@ -212,7 +213,6 @@ private:
     }
 
     struct NoWords {};
-
     RendererOptions options_;
     SetupFacts facts_;
     [[no_unique_address]] std::conditional_t<splat::stores_own_form<P>, Parameters, NoWords> own_{};
