@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/homes/blend.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
+#include <tilemesh/splat/projection.hpp>
 #include <vector>
 
 using namespace tilemesh;

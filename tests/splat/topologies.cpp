@@ -1,4 +1,4 @@
-// test: unoptimised test asan tsan
+// test: unoptimised test asan, without tsan
 #include "support.hpp"
 #include <algorithm>
 #include <cstdint>

@@ -86,7 +86,7 @@ struct MeshFacts {
     }
 };
 
-/// What the frames so far left behind on a mesh, and no view alone explains.
+/// What earlier frames left on a mesh. It does not follow from the view.
 struct LeftBehind {
     bool copies_lost = false;    ///< copies found no storage; tiles do not send these again by themselves
     bool copies_refused = false; ///< copies met a full channel; tiles owe them again in a new view

@@ -294,12 +294,7 @@ public:
     {
         groups_ = (n + 7) / 8;
         for (std::uint32_t g = 0; g < groups_; ++g) {
-            std::uint32_t first[4], last[4], any = 0;
-            for (std::uint32_t k = 0; k < 8; ++k) any |= chunk.cells[8 * g + k];
-            if (any == 0) { // the rule where a tile's blocks lie far apart (homes/blend.hpp)
-                for (std::uint32_t byte = 0; 8 * byte < cells; ++byte) std::memset(masks_[byte][g], 0, 8);
-                continue;
-            }
+            std::uint32_t first[4], last[4];
             transpose_bytes(chunk.cells + 8 * g, first);
             transpose_bytes(chunk.cells + 8 * g + 4, last);
             for (std::uint32_t byte = 0; 8 * byte < cells; ++byte) {

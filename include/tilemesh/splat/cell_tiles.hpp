@@ -143,34 +143,30 @@ void blend_pair(Set const& set, Memory& m, AnyListed& left, AnyListed& right, bo
         }
     }
 }
-/// Blends n splats, front to back, into the open cells of windows, `open` cells in each.
+/// Blends n splats, front to back, into the open cells of a window.
 template <class Rule, class Stop, std::uint32_t N, class Memory, class SplatAt, class Tally>
-void blend_open_cells(Memory& m, CellWindow const* windows, std::uint32_t count, std::uint32_t open, Rules const& rules, std::uint32_t n,
-                      SplatAt const& at, Tally const& tally) noexcept
+void blend_open_cells(Memory& m, CellWindow const& window, std::uint32_t open, Rules const& rules, std::uint32_t n, SplatAt const& at,
+                      Tally const& tally) noexcept
 {
     constexpr std::uint32_t size = Memory::size;
     SetOf<N> const set{};
     fetch_ahead(0, n < size ? n : size, at);
-    std::uint32_t const all = count * open;
-    std::uint32_t going = all;
+    std::uint32_t going = open;
     for (std::uint32_t begin = 0; begin < n && going != 0; begin += size) {
         std::uint32_t const most = fill<(SetOf<N>::most_lanes >= 4)>(m.chunk, begin, n, at);
-        bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *windows[0].camera, rules.alpha_max) != 0;
+        bool const special = set.template call<CompleteCells<Rule>>(m.chunk, most, *window.camera, rules.alpha_max) != 0;
+        set.template call<ReachCells>(m.chunk, most, window);
+        m.lists.begin(m.chunk, most, window.columns * window.bands);
         going = 0;
-        for (std::uint32_t b = 0; b < all; ++b) {
-            auto const& window = windows[b / open];
+        for (std::uint32_t b = 0; b < open; ++b) {
             auto& cell = m.cells[b];
-            fetch_part_ahead<size>(begin + size, n, b, all, at);
-            if (b % open == 0 && goes_on(&cell, open)) {
-                set.template call<ReachCells>(m.chunk, most, window);
-                m.lists.begin(m.chunk, most, window.columns * window.bands);
-            }
+            fetch_part_ahead<size>(begin + size, n, b, open, at);
             if (cell.columns == 0) continue;
             if (Tally::by_groups && begin % splats_a_group == 0) cell.blended = 0;
             if constexpr (pairs_cells<size> && !decltype(cell.state)::has_depth)
-                if (set.lanes() == 2 * cell_width && (b + 1) % open != 0 && m.cells[b + 1].columns != 0 && beside(cell, m.cells[b + 1])) {
+                if (set.lanes() == 2 * cell_width && b + 1 != open && m.cells[b + 1].columns != 0 && beside(cell, m.cells[b + 1])) {
                     auto& right = m.cells[++b];
-                    fetch_part_ahead<size>(begin + size, n, b, all, at);
+                    fetch_part_ahead<size>(begin + size, n, b, open, at);
                     if (Tally::by_groups && begin % splats_a_group == 0) right.blended = 0;
                     Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{cell, m.list, m.lists.list(cell.in_window, m.list)};
                     decltype(one) other{right, m.second, m.lists.list(right.in_window, m.second)};
@@ -290,7 +286,7 @@ void blend_tile_in_cells(Memory& m, PixelRect const& tile, Camera const& camera,
                 }
                 if (open == 0) break;
                 window.row = cells.top + (band0 + first) * cell_height;
-                blend_open_cells<Rule, Stop, N>(m, &window, 1, open, rules, n, at, TileTally{counts, workers});
+                blend_open_cells<Rule, Stop, N>(m, window, open, rules, n, at, TileTally{counts, workers});
                 for (std::uint32_t b = 0; b < open; ++b) {
                     counts[m.cells[b].number % workers].contributing += m.cells[b].contributing();
                     write_cell(m.cells[b], tile, rules, pixels, stride_px);

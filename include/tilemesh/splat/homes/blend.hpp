@@ -188,52 +188,41 @@ struct StripTally {
         cell.columns &= going;
     }
 };
-inline constexpr std::uint32_t all_strips_of_a_cell = (1u << strips_a_cell) - 1;
-TILEMESH_KERNEL void copy_row(float* to, float const* from) noexcept { __builtin_memcpy(to, from, cell_width * sizeof(float)); }
+/// Copies those columns of a cell's row that have one of `strips`, which are the cell's.
+TILEMESH_KERNEL void copy_strips(float* to, float const* from, std::uint32_t strips) noexcept
+{
+    constexpr std::uint32_t all = (1u << strips_a_cell) - 1;
+    if ((strips & all) == all)
+        __builtin_memcpy(to, from, cell_width * sizeof(float));
+    else
+        for (std::uint32_t i = 0; i < cell_width; ++i)
+            if ((strips >> i / strip_width & 1u) != 0) to[i] = from[i];
+}
+/// Calls f(row of the cell, row of the block) for each plane of each row that a cell and a block have in common.
+template <class AnyCell, class Kept, class F>
+void for_common_rows(AnyCell& cell, Kept& kept, BlockAt const& block, F const& f) noexcept
+{
+    std::uint32_t const x = cell.at.column - block.x;
+    for (std::uint32_t j = 0; j < cell_height; ++j) {
+        std::uint32_t const y = cell.at.row + j - block.y; // wraps above the block
+        if (y >= block_height) continue;
+        f(cell.state.transmittance[j], kept.transmittance[y] + x);
+        f(cell.state.red[j], kept.red[y] + x), f(cell.state.green[j], kept.green[y] + x), f(cell.state.blue[j], kept.blue[y] + x);
+        if constexpr (Kept::has_depth) f(cell.state.weight[j], kept.weight[y] + x), f(cell.state.depth[j], kept.depth[y] + x);
+    }
+}
 /// Opens a cell with what a block has kept of it. `strips`: those of the cell that are this worker's; the pixels of the others take no part,
 /// because another worker may write them.
 template <class AnyCell, class Kept>
 void load_cell(AnyCell& cell, Kept const& kept, BlockAt const& block, std::uint32_t strips) noexcept
 {
-    for (std::uint32_t j = 0; j < cell_height; ++j) {
-        std::uint32_t const y = cell.at.row + j - block.y; // wraps above the block
-        if (y < block_height && (strips & all_strips_of_a_cell) == all_strips_of_a_cell) {
-            std::uint32_t const x = cell.at.column - block.x;
-            copy_row(cell.state.transmittance[j], kept.transmittance[y] + x);
-            copy_row(cell.state.red[j], kept.red[y] + x), copy_row(cell.state.green[j], kept.green[y] + x), copy_row(cell.state.blue[j], kept.blue[y] + x);
-            if constexpr (Kept::has_depth) copy_row(cell.state.weight[j], kept.weight[y] + x), copy_row(cell.state.depth[j], kept.depth[y] + x);
-            continue;
-        }
-        for (std::uint32_t i = 0; i < cell_width; ++i) {
-            std::uint32_t const x = cell.at.column + i - block.x;
-            if (y >= block_height || (strips >> i / strip_width & 1u) == 0) continue;
-            cell.state.transmittance[j][i] = kept.transmittance[y][x];
-            cell.state.red[j][i] = kept.red[y][x], cell.state.green[j][i] = kept.green[y][x], cell.state.blue[j][i] = kept.blue[y][x];
-            if constexpr (Kept::has_depth) cell.state.weight[j][i] = kept.weight[y][x], cell.state.depth[j][i] = kept.depth[y][x];
-        }
-    }
+    for_common_rows(cell, kept, block, [strips](float* mine, float const* its) noexcept { copy_strips(mine, its, strips); });
 }
 /// Gives the block its pixels back.
 template <class AnyCell, class Kept>
 void keep_cell(AnyCell const& cell, Kept& kept, BlockAt const& block, std::uint32_t strips) noexcept
 {
-    for (std::uint32_t j = 0; j < cell_height; ++j) {
-        std::uint32_t const y = cell.at.row + j - block.y;
-        if (y < block_height && (strips & all_strips_of_a_cell) == all_strips_of_a_cell) {
-            std::uint32_t const x = cell.at.column - block.x;
-            copy_row(kept.transmittance[y] + x, cell.state.transmittance[j]);
-            copy_row(kept.red[y] + x, cell.state.red[j]), copy_row(kept.green[y] + x, cell.state.green[j]), copy_row(kept.blue[y] + x, cell.state.blue[j]);
-            if constexpr (Kept::has_depth) copy_row(kept.weight[y] + x, cell.state.weight[j]), copy_row(kept.depth[y] + x, cell.state.depth[j]);
-            continue;
-        }
-        for (std::uint32_t i = 0; i < cell_width && y < block_height; ++i) {
-            if ((strips >> i / strip_width & 1u) == 0) continue;
-            std::uint32_t const x = cell.at.column + i - block.x;
-            kept.transmittance[y][x] = cell.state.transmittance[j][i];
-            kept.red[y][x] = cell.state.red[j][i], kept.green[y][x] = cell.state.green[j][i], kept.blue[y][x] = cell.state.blue[j][i];
-            if constexpr (Kept::has_depth) kept.weight[y][x] = cell.state.weight[j][i], kept.depth[y][x] = cell.state.depth[j][i];
-        }
-    }
+    for_common_rows(cell, kept, block, [strips](float const* mine, float* its) noexcept { copy_strips(its, mine, strips); });
 }
 /// Opens the cells of a part of a block, `columns` wide and `bands_a_block` high, with what the block has kept of them. `first`: the first cell's
 /// column in the block. `strips`: the worker's, of the block.
@@ -278,7 +267,7 @@ template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class Spl
         if (going_strips(blocks[number], mine, rules.transmittance_min) == 0) continue;
         auto const window = open_cells(m.cells, 1, first, blocks[number], place, number, mine, camera);
         for (auto& cell : m.cells) tally.look(cell);
-        blend_open_cells<Rule, StopAsAsked, N>(m, &window, 1, bands_a_block, rules, n, at, tally);
+        blend_open_cells<Rule, StopAsAsked, N>(m, window, bands_a_block, rules, n, at, tally);
         close_cells(m.cells, bands_a_block, blocks[number], place, mine, workers, work);
     }
 }
@@ -315,7 +304,7 @@ template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class Spl
                     if ((begun >> k & 1u) == 0) tally.look(m.cells[c]);
                     else m.cells[c].columns = paused[k].columns[c], m.cells[c].blended = paused[k].blended[c];
                 begun |= 1u << k;
-                blend_open_cells<Rule, StopAsAsked, N>(m, &window, 1, cells_a_block, rules, list.count, list, tally);
+                blend_open_cells<Rule, StopAsAsked, N>(m, window, cells_a_block, rules, list.count, list, tally);
                 close_cells(m.cells, cells_a_block, blocks[number], place, all_strips, workers, work);
                 if (!goes_on(m.cells, cells_a_block)) open &= ~(1u << k);
                 for (std::uint32_t c = 0; c < cells_a_block; ++c)
