@@ -22,6 +22,7 @@
 #include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/cell_lists.hpp>
 #include <tilemesh/splat/cell_tiles.hpp>
+#include <tilemesh/splat/cell_window.hpp>
 #include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/bloom.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -77,6 +78,7 @@
 #include <tilemesh/splat/project_all.hpp>
 #include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/quality.hpp>
+#include <tilemesh/splat/references.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/search.hpp>

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/record_table.hpp>
+#include <tilemesh/render/project_records.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -35,12 +35,12 @@ void same_projections(scene::Map const& map)
             auto const view = make_view(support::lens(120, 80, turn), rules);
             auto const tiling = make_tiling(120, 80, 16, 10);
             std::vector<Splat> all(table.rows());
-            table.project(0, 7, view, tiling, all.data());
-            table.project(7, table.rows() - 7, view, tiling, all.data() + 7);
+            render::project_rows(table, 0, 7, view, tiling, all.data());
+            render::project_rows(table, 7, table.rows() - 7, view, tiling, all.data() + 7);
             std::uint32_t wrong = 0, visible = 0;
             for (std::uint32_t row = 0; row < table.rows(); ++row) {
                 auto const value = project(table.record<GaussianOfDegree<Degree>>(row), view, tiling);
-                auto const one = table.project(row, view, tiling);
+                auto const one = render::project_row(table, row, view, tiling);
                 wrong += std::memcmp(&one, &value, sizeof value) != 0 || std::memcmp(&all[row], &value, sizeof value) != 0;
                 visible += value.visible();
             }

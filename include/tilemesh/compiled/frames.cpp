@@ -3,4 +3,5 @@
 #include <tilemesh/render/detail/frame_layout_code.hpp>
 #include <tilemesh/render/detail/homes_layout_code.hpp>
 #include <tilemesh/render/detail/losses_code.hpp>
+#include <tilemesh/render/detail/project_records_code.hpp>
 #include <tilemesh/render/detail/record_table_code.hpp>

@@ -27,7 +27,7 @@ namespace render {
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
 ///
 /// The way of a Gaussian: `RecordTable` (the map) - `RecordKeeper` (onto tiles) - `ScreenCache` (projected, by reference) - the program
-/// splat::Frame on the mesh, whose kernels read it through `splat::Access` (by reference: render/host_form.hpp) - `Host::picture`.
+/// splat::Frame on the mesh, whose kernels read it through `splat::Access` (by reference: splat/references.hpp) - `Host::picture`.
 /// render/ranks/host.hpp says what differs on an engine over several processes.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {

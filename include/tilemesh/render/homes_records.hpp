@@ -6,6 +6,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
+#include <tilemesh/splat/projection.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
 #include <utility>
@@ -57,7 +58,7 @@ public:
         auto const n = table_.rows();
         host.step([&] { depths_.resize(n); });
         host.on_threads(n, [&](std::uint32_t first, std::uint32_t last) {
-            for (auto row = first; row < last; ++row) depths_[row] = table_.depth_bits(row, view);
+            for (auto row = first; row < last; ++row) depths_[row] = splat::depth_bits(table_.gaussians()[row], view);
         });
         Chapters chapters;
         host.step([&] {

@@ -16,6 +16,7 @@
 #include <tilemesh/render/homes_records.hpp>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/picture.hpp>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/splat/homes/program.hpp>
@@ -233,9 +234,9 @@ private:
                 std::as_const(host_.mesh()).template state<splat::homes::Table>(grid_.tile(0)).begin());
             auto const& rows = records_.on_homes();
             host_.on_threads(rows.size(), [&](std::uint32_t first, std::uint32_t last) {
-                if (streams_) records_.table().project_rows(rows.data() + first, last - first, view, tiling, table_.data() + first);
+                if (streams_) project_rows(records_.table(), rows.data() + first, last - first, view, tiling, table_.data() + first);
                 else
-                    records_.table().project(first, last - first, view, tiling, table_.data() + first);
+                    project_rows(records_.table(), first, last - first, view, tiling, table_.data() + first);
             });
         }
     }

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <tilemesh/config.hpp>
 #include <tilemesh/render/detail/sorted_table.hpp>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -125,7 +126,7 @@ public:
     splat::GaussianId id(std::uint32_t row) const noexcept { return records_ != nullptr ? records_->id(row) : rows_[row].id; }
     splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
     {
-        return records_ != nullptr ? records_->project(row, view, tiling) : rows_[row].splat;
+        return records_ != nullptr ? project_row(*records_, row, view, tiling) : rows_[row].splat;
     }
 
 private:

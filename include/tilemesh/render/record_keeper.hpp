@@ -8,6 +8,7 @@
 #include <tilemesh/render/detail/sorted_table.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/splat/access.hpp>
@@ -288,7 +289,7 @@ private:
     }
     splat::Splat splat_of(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept
     {
-        return by_reference ? (*cache_)[row] : records_.project(row, view, tiling);
+        return by_reference ? (*cache_)[row] : project_row(records_, row, view, tiling);
     }
     /// The record that a tile stores for a row; `entry_of`: what it stores for the projected splat.
     template <class M>

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/splat/project_all.hpp>
+#include <tilemesh/splat/harmonics.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
@@ -48,20 +48,6 @@ public:
         return g;
     }
 
-    /// Row `row`, projected as by a tile that holds the record.
-    splat::Splat project(std::uint32_t row, splat::View const& view, splat::Tiling const& tiling) const noexcept;
-    /// Projects n rows from `first` on, several at once.
-    void project(std::uint32_t first, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
-                 splat::Splat* out) const noexcept;
-    /// Projects n rows, in any order, several at once.
-    void project_rows(std::uint32_t const* rows, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
-                      splat::Splat* out) const noexcept;
-    /// The bits of the view depth of row `row`, as `project` computes it; 0 if it is not greater than `near_depth`, or not finite.
-    std::uint32_t depth_bits(std::uint32_t row, splat::View const& view) const noexcept
-    {
-        return splat::depth_bits(map_.gaussians[row], view);
-    }
-
     /// A digest of all rows. Cost: a pass over the table.
     std::uint64_t digest() const noexcept;
 
@@ -69,8 +55,6 @@ protected:
     [[noreturn]] static void refuse_id(splat::GaussianId id);
     std::size_t floats_a_row() const noexcept { return 3 * std::size_t{splat::harmonics_per_channel(map_.sh_degree)}; }
     float const* harmonics_of(std::uint32_t row) const noexcept { return map_.harmonics.data() + row * floats_a_row(); }
-    bool shade(std::uint32_t row, splat::View const& view, splat::Splat& s) const noexcept;
-
 
     scene::Map map_;
 

@@ -1,8 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
-#include <tilemesh/render/host_form.hpp>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/record_table.hpp>
+#include <tilemesh/splat/references.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
@@ -30,7 +31,7 @@ public:
     {
         for (std::uint32_t from = first; from < last; from += at_once) {
             auto const to = std::min(from + at_once, last);
-            records.project(from, to - from, view, tiling, splats_.data() + from);
+            project_rows(records, from, to - from, view, tiling, splats_.data() + from);
             splat::Access<Parameters>::adjust(parameters, view, tiling, splats_.data() + from, to - from);
             compare(from, to, tiling, first_view);
         }

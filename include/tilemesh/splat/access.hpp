@@ -24,7 +24,7 @@ struct HeldInOrder {
 };
 
 /// The way in which kernels read the records of a tile. It depends on the type of the frame's parameters. This default is the way of the
-/// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (render/host_form.hpp).
+/// machine: a tile holds values and projects them. A host may specialise it for its own type of parameters (splat/references.hpp).
 ///
 /// A record of another type than the map's, as one in fewer bytes, has a member `id` and `sh_degree`. Kernels store it, send it and read
 /// its id; all else they ask of `project`. A specialisation for a setup's own parameters makes it (`stored`) and projects it; the

@@ -275,33 +275,6 @@ struct BlendBlock {
     }
 };
 
-/// Tells the host's caches that splats [first, last) are read soon. Called for a chunk while the chunk before it is blended: waiting for
-/// scattered records would take up to a tenth of a frame.
-template <class SplatAt>
-TILEMESH_KERNEL void fetch_ahead(std::uint32_t first, std::uint32_t last, SplatAt const& at) noexcept
-{
-    for (std::uint32_t i = first; i < last; ++i) {
-        Splat const& s = at(i);
-        __builtin_prefetch(&s);
-        __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof(Splat) - 1);
-    }
-}
-/// `fetch_ahead` for part `part` of `parts` of the chunk that begins at `begin`.
-template <std::uint32_t Size, class SplatAt>
-TILEMESH_KERNEL void fetch_part_ahead(std::uint32_t begin, std::uint32_t n, std::uint32_t part, std::uint32_t parts, SplatAt const& at) noexcept
-{
-    std::uint32_t const first = begin + Size * part / parts, last = begin + Size * (part + 1) / parts;
-    fetch_ahead(first, last < n ? last : n, at);
-}
-/// Tells the host's caches that pixels [x0, x1) of a row are written soon.
-template <class Pixel>
-void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
-{
-    constexpr std::uint32_t line_px = sizeof(Pixel) < 64 ? 64 / sizeof(Pixel) : 1; // a cache line, rounded down
-    for (std::uint32_t x = x0; x < x1; x += line_px) __builtin_prefetch(row + x, 1);
-    __builtin_prefetch(row + (x1 - 1), 1);
-}
-
 /// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
 template <class Set, std::uint32_t Size, class SplatAt>
 TILEMESH_KERNEL std::uint32_t fill(Set const& set, Chunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept

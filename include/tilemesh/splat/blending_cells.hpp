@@ -13,49 +13,6 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
-/// max(v, low); `low` for NaN.
-template <std::uint32_t N>
-TILEMESH_KERNEL Floats<N> at_least(Floats<N> const& v, Floats<N> const& low) noexcept
-{
-#if defined(__AVX512F__) && !defined(__clang__)
-    if constexpr (N == 16) return __builtin_ia32_maxps512_mask(v, low, v, static_cast<unsigned short>(0xffff), 4); // 4: the current rounding
-#endif
-#if defined(__AVX__)
-    if constexpr (N == 8) return __builtin_ia32_maxps256(v, low); // GCC 12 would compare and select
-#endif
-#if defined(__SSE__)
-    if constexpr (N == 4) return __builtin_ia32_maxps(v, low);
-#endif
-    return v > low ? v : low;
-}
-/// min(v, high); `high` for NaN.
-template <std::uint32_t N>
-TILEMESH_KERNEL Floats<N> at_most(Floats<N> const& v, Floats<N> const& high) noexcept
-{
-#if defined(__AVX512F__) && !defined(__clang__)
-    if constexpr (N == 16) return __builtin_ia32_minps512_mask(v, high, v, static_cast<unsigned short>(0xffff), 4);
-#endif
-#if defined(__AVX__)
-    if constexpr (N == 8) return __builtin_ia32_minps256(v, high);
-#endif
-#if defined(__SSE__)
-    if constexpr (N == 4) return __builtin_ia32_minps(v, high);
-#endif
-    return v < high ? v : high;
-}
-template <std::uint32_t N>
-TILEMESH_KERNEL Floats<N> between(Floats<N> const& v, Floats<N> const& low, Floats<N> const& high) noexcept
-{
-    return at_most<N>(at_least<N>(v, low), high);
-}
-/// No column with a pixel above the cut (2^-13 or more) rises by more than 2^steepest_rise from the first row to the second, or begins below
-/// 2^-126, if a = -across log2(e) is at most `sharpest`: with |off| <= sqrt(13 / a) at a visible row, the first of four rows has a power of
-/// at least -(sqrt(13) + 3 sqrt(a))^2 = -93, and it rises by at most 2 sqrt(13 a) + 5 a = 35. In a column that begins lower, the clamps keep all
-/// four rows below 2^(3 * 37 - 126) = 2^-15. A dilation of 0.3 gives a <= 2.41.
-inline constexpr float steepest_rise = 37.0f, sharpest = 4.0f, lowest_exponent = -126.0f;
-/// alpha of the recurrence is below the opacity times 1 + 2^-16. So a splat whose opacity is less than this share of alpha_max needs no clamp.
-inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
-
 /// The columns of a cell that are computed at once, for a target with N lanes.
 template <std::uint32_t N>
 inline constexpr std::uint32_t columns_at_once = N < cell_width ? N : cell_width;

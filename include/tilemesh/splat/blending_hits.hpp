@@ -76,11 +76,6 @@ TILEMESH_KERNEL Floats<N> clamped(Floats<N> const& v, Floats<N> const& low, Floa
 {
     return v < low ? low : v > high ? high : v;
 }
-template <std::uint32_t N>
-TILEMESH_KERNEL Floats<N> magnitude(Floats<N> const& v) noexcept
-{
-    return floats_of<N>(bits_of<N>(v) & 0x7fffffff);
-}
 /// The distance of v and w beyond the rounding error of two such numbers (2^-21 of them: 8 roundings); 0 for NaN. For a needle whose mean
 /// is far from the frame, v - w may be nothing but rounding error.
 template <std::uint32_t N>

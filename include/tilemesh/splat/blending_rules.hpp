@@ -16,6 +16,11 @@ inline constexpr std::uint32_t block_width = 16, block_height = 5;
 inline constexpr std::uint32_t cell_width = 8, cell_height = 4;
 /// Evaluated pairs are counted in units of this many, so that 32 bits hold a whole frame. Blocks and cells are whole units.
 inline constexpr std::uint32_t pairs_a_count = 16;
+/// The Gaussian-pixel pairs of one call.
+struct PairCount {
+    std::uint32_t evaluated;    ///< in units of pairs_a_count
+    std::uint32_t contributing; ///< pairs that passed both cut-offs
+};
 
 namespace detail {
 /// The number of splats that a block or a cell blends before it checks whether all its pixels have stopped. 64 is early enough for walls of
@@ -82,6 +87,33 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(0));
 #endif
     return floats_of<N>(bits_of<N>(p) + (bits_of<N>(shifted) << 23));
+}
+
+/// Tells the host's caches that splats [first, last) are read soon. Called for a chunk while the chunk before it is blended: waiting for
+/// scattered records would take up to a tenth of a frame.
+template <class SplatAt>
+TILEMESH_KERNEL void fetch_ahead(std::uint32_t first, std::uint32_t last, SplatAt const& at) noexcept
+{
+    for (std::uint32_t i = first; i < last; ++i) {
+        auto const& s = at(i);
+        __builtin_prefetch(&s);
+        __builtin_prefetch(reinterpret_cast<char const*>(&s) + sizeof s - 1);
+    }
+}
+/// `fetch_ahead` for part `part` of `parts` of the chunk that begins at `begin`.
+template <std::uint32_t Size, class SplatAt>
+TILEMESH_KERNEL void fetch_part_ahead(std::uint32_t begin, std::uint32_t n, std::uint32_t part, std::uint32_t parts, SplatAt const& at) noexcept
+{
+    std::uint32_t const first = begin + Size * part / parts, last = begin + Size * (part + 1) / parts;
+    fetch_ahead(first, last < n ? last : n, at);
+}
+/// Tells the host's caches that pixels [x0, x1) of a row are written soon.
+template <class Pixel>
+void fetch_row_ahead(Pixel* row, std::uint32_t x0, std::uint32_t x1) noexcept
+{
+    constexpr std::uint32_t line_px = sizeof(Pixel) < 64 ? 64 / sizeof(Pixel) : 1; // a cache line, rounded down
+    for (std::uint32_t x = x0; x < x1; x += line_px) __builtin_prefetch(row + x, 1);
+    __builtin_prefetch(row + (x1 - 1), 1);
 }
 } // namespace detail
 

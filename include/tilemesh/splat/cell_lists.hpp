@@ -1,5 +1,5 @@
 #pragma once
-#include <tilemesh/splat/blending_cells.hpp>
+#include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/number.hpp>
 

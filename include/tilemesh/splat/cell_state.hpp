@@ -42,6 +42,14 @@ struct Special {
     static constexpr std::uint32_t clipped = 4; ///< its rectangle cuts pixels whose alpha is above the cut
 };
 
+/// No column with a pixel above the cut (2^-13 or more) rises by more than 2^steepest_rise from the first row to the second, or begins below
+/// 2^-126, if a = -across log2(e) is at most `sharpest`: with |off| <= sqrt(13 / a) at a visible row, the first of four rows has a power of
+/// at least -(sqrt(13) + 3 sqrt(a))^2 = -93, and it rises by at most 2 sqrt(13 a) + 5 a = 35. In a column that begins lower, the clamps keep all
+/// four rows below 2^(3 * 37 - 126) = 2^-15. A dilation of 0.3 gives a <= 2.41.
+inline constexpr float steepest_rise = 37.0f, sharpest = 4.0f, lowest_exponent = -126.0f;
+/// alpha of the recurrence is below the opacity times 1 + 2^-16. So a splat whose opacity is less than this share of alpha_max needs no clamp.
+inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
+
 /// A chunk of splats, and what follows from them.
 template <std::uint32_t Size>
 struct alignas(vector_bytes) CellChunk {

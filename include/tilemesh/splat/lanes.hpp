@@ -180,6 +180,49 @@ TILEMESH_KERNEL Floats<N> multiply_add_lanes(float a, Floats<N> const& b, Floats
 #endif
 }
 
+/// max(v, low); `low` for NaN.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> at_least(Floats<N> const& v, Floats<N> const& low) noexcept
+{
+#if defined(__AVX512F__) && !defined(__clang__)
+    if constexpr (N == 16) return __builtin_ia32_maxps512_mask(v, low, v, static_cast<unsigned short>(0xffff), 4); // 4: the current rounding
+#endif
+#if defined(__AVX__)
+    if constexpr (N == 8) return __builtin_ia32_maxps256(v, low); // GCC 12 would compare and select
+#endif
+#if defined(__SSE__)
+    if constexpr (N == 4) return __builtin_ia32_maxps(v, low);
+#endif
+    return v > low ? v : low;
+}
+/// min(v, high); `high` for NaN.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> at_most(Floats<N> const& v, Floats<N> const& high) noexcept
+{
+#if defined(__AVX512F__) && !defined(__clang__)
+    if constexpr (N == 16) return __builtin_ia32_minps512_mask(v, high, v, static_cast<unsigned short>(0xffff), 4);
+#endif
+#if defined(__AVX__)
+    if constexpr (N == 8) return __builtin_ia32_minps256(v, high);
+#endif
+#if defined(__SSE__)
+    if constexpr (N == 4) return __builtin_ia32_minps(v, high);
+#endif
+    return v < high ? v : high;
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> between(Floats<N> const& v, Floats<N> const& low, Floats<N> const& high) noexcept
+{
+    return at_most<N>(at_least<N>(v, low), high);
+}
+
+/// |v|.
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> magnitude(Floats<N> const& v) noexcept
+{
+    return floats_of<N>(bits_of<N>(v) & 0x7fffffff);
+}
+
 /// While an object of this class lives, its thread takes denormal numbers for 0. Then the thread has the caller's mode again, and in addition
 /// the exception flags that the work raised. It does nothing on a target that it does not know. Do not copy it.
 class DenormalsAreZero {

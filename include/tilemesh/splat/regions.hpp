@@ -85,7 +85,7 @@ struct Splats : Buffer<typename P::Projected> {
 } // namespace region
 template <class S>
 using Marks = region::Marks<PoliciesOf<S>>;
-/// The projected records of this frame: the screen cache. `Access::splat_of` returns the splat of an entry.
+/// The projected records of this frame. `Access::splat_of` returns the splat of an entry.
 template <class S>
 using Splats = region::Splats<PoliciesOf<S>>;
 

@@ -15,6 +15,7 @@
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/losses.hpp>
 #include <tilemesh/render/picture.hpp>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
@@ -270,7 +271,7 @@ public:
         std::vector<ScreenRows::Row> rows;
         step([&] {
             for (std::uint32_t row = 0; row < records.rows(); ++row)
-                rows.push_back({records.id(row), records.project(row, question.view, question.tiling)});
+                rows.push_back({records.id(row), project_row(records, row, question.view, question.tiling)});
         });
         mesh_->join(rows);
         NotOnTiles off;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/ranks/row_shares.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/projection.hpp>
@@ -73,7 +74,7 @@ std::vector<std::uint32_t> weights_of_rows(Group& group, Records const& records,
         auto const last = static_cast<std::uint32_t>(mine.last());
         for (auto row = mine.first(); row < last; row += at_once) {
             auto const some = std::min(at_once, last - row);
-            records.project(row, some, view, tiling, splats);
+            project_rows(records, row, some, view, tiling, splats);
             for (std::uint32_t i = 0; i < some; ++i) rows->add(splats[i]);
         }
     });

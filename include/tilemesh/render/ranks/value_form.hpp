@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/render/host_form.hpp>
-#include <tilemesh/render/host_words.hpp>
 
 /// The form of the frame program for several processes (mpi/mpi_mesh.hpp): tiles and channels hold records, and the rules of the setup are
 /// words of the frame's parameters. So setups that differ in machine, sizes, saturation, addressing, copies or colour format share one set
