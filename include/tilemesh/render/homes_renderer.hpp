@@ -234,7 +234,7 @@ private:
                 std::as_const(host_.mesh()).template state<splat::homes::Table>(grid_.tile(0)).begin());
             auto const& rows = records_.on_homes();
             host_.on_threads(rows.size(), [&](std::uint32_t first, std::uint32_t last) {
-                if (streams_) project_rows(records_.table(), rows.data() + first, last - first, view, tiling, table_.data() + first);
+                if (streams_) project_listed(records_.table(), rows.data() + first, last - first, view, tiling, table_.data() + first);
                 else
                     project_rows(records_.table(), first, last - first, view, tiling, table_.data() + first);
             });

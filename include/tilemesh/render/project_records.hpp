@@ -11,8 +11,8 @@ splat::Splat project_row(RecordTable const& records, std::uint32_t row, splat::V
 /// Projects n rows from `first` on, several at once.
 void project_rows(RecordTable const& records, std::uint32_t first, std::uint32_t n, splat::View const& view, splat::Tiling const& tiling,
                   splat::Splat* out) noexcept;
-/// Projects n rows, in any order, several at once.
-void project_rows(RecordTable const& records, std::uint32_t const* rows, std::uint32_t n, splat::View const& view,
+/// Projects the n rows that a list names, in its order, several at once.
+void project_listed(RecordTable const& records, std::uint32_t const* rows, std::uint32_t n, splat::View const& view,
                   splat::Tiling const& tiling, splat::Splat* out) noexcept;
 
 }}} // namespace tilemesh::render

@@ -41,7 +41,7 @@ TILEMESH_HOST void project_rows(RecordTable const& records, std::uint32_t first,
     for (std::uint32_t i = 0; i < n; ++i)
         if (out[i].visible() && !detail::shade(records.map(), first + i, view, out[i])) out[i] = {};
 }
-TILEMESH_HOST void project_rows(RecordTable const& records, std::uint32_t const* rows, std::uint32_t n, splat::View const& view,
+TILEMESH_HOST void project_listed(RecordTable const& records, std::uint32_t const* rows, std::uint32_t n, splat::View const& view,
                                 splat::Tiling const& tiling, splat::Splat* out) noexcept
 {
     constexpr std::uint32_t at_once = 64;
