@@ -114,14 +114,14 @@ for word in $(echo "$routing|$bloom|$harmonics|$planes" | tr '|' ' '); do
     fi
 done
 trace='::operations\(|TileSample|SuperstepSample|tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'
-compile names mesh_of -O0 -DMACHINE=Mk2
+compile names mesh_of -O0 -DTILEMESH_COMPILED -DMACHINE=Mk2
 "$nm" -C "$folder/names.o" >"$folder/names.txt"
 if grep -E "$trace" "$folder/names.txt"; then
     echo "a machine without a trace: a symbol of one"
     failed=1
 fi
 printf '%-16s engines on Mk2: %s symbols, none has %s\n' -O0 "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$trace"
-compile names mesh_of -O0 '-DMACHINE=Traced<Mk2>'
+compile names mesh_of -O0 -DTILEMESH_COMPILED '-DMACHINE=Traced<Mk2>'
 "$nm" -C "$folder/names.o" >"$folder/names.txt"
 for word in '::operations\(' TileSample SuperstepSample 'tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'; do
     if ! grep -qE "$word" "$folder/names.txt"; then

@@ -74,6 +74,7 @@ class Mesh : public engine::TileStore<Program, false> {
     using Bank = engine::detail::Bank;
     using TileSet = engine::detail::TileSet;
     using Run = engine::Run<Program, is_traced<Machine>>;
+    using KernelFacts = engine::KernelFacts;
     friend Run;
 
 public:
@@ -109,9 +110,9 @@ public:
                 slots_[4 * std::size_t{i} + index(d)] =
                     4 * grid.index_of(grid.neighbour(t, d)) + index(grid.arrival(t, d));
             }
-        make_slots(Links{});
+        make_slots();
         tiles_.resize(grid.size());
-        make_banks(Links{});
+        for (std::uint32_t l = 0; l < Links::count; ++l) make_bank(l);
         for (auto& w : workers_) {
             w.busy = TileSet(grid.size());
             w.mail.fill(TileSet(grid.size()));
@@ -125,18 +126,10 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        if constexpr (is_channel<X>) {
-            auto const before = this->template link_capacity<X>();
-            this->template limit_link<X>(items, has_mail<X>());
-            try {
-                make_bank<X>();
-            } catch (...) { // out of memory: the channel keeps its old capacity
-                this->link_capacity_[Base::template index_of_link<X>()] = before;
-                throw;
-            }
-        } else {
-            this->template limit_state<X>(items);
-        }
+        if constexpr (is_channel<X>)
+            limit_link(Base::template index_of_link<X>, items);
+        else
+            this->view().limit_state(Base::template index_of_state<X>, items);
     }
 
     /// The messages that tile t will read on channel C from side d when a kernel next takes In<C>. Call it only between runs, or from an
@@ -192,7 +185,7 @@ public:
     /// Runs the whole program once.
     RunCounters run()
     {
-        this->require_capacities(Links{});
+        this->view().require_capacities();
         for (auto& w : workers_) w.begin();
         return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
             return peaks();
@@ -205,18 +198,13 @@ protected: // for an engine that runs a part of the grid's rows
 
     std::vector<engine::Peak> peaks() const
     {
-        return engine::list_peaks(States{}, Links{}, [&](auto tag) {
-            using R = typename decltype(tag)::type;
-            engine::Peak peak;
-            if constexpr (is_channel<R>) {
-                peak.capacity = this->template link_capacity<R>();
-                for (auto const& w : workers_) peak.items = std::max(peak.items, w.link_peak[Base::template index_of_link<R>()]);
-            } else {
-                peak.capacity = this->capacity_[Base::template index_of_state<R>()];
-                for (auto const& w : workers_) peak.items = std::max(peak.items, w.state_peak[Base::template index_of_state<R>()]);
-            }
-            return peak;
-        });
+        std::array<std::uint32_t, States::count + 1> state_peak{};
+        std::array<std::uint32_t, links> link_peak{};
+        for (auto const& w : workers_) {
+            for (std::uint32_t s = 0; s < States::count; ++s) state_peak[s] = std::max(state_peak[s], w.state_peak[s]);
+            for (std::uint32_t l = 0; l < Links::count; ++l) link_peak[l] = std::max(link_peak[l], w.link_peak[l]);
+        }
+        return engine::list_peaks(this->view(), state_peak.data(), link_peak.data());
     }
 
     /// Up to this many tiles, the thread that walks the program runs alone. To run a tile takes 20 ns to 1 us, and to involve another
@@ -272,18 +260,22 @@ protected: // for an engine that runs a part of the grid's rows
         }
     };
     static_assert(sizeof(std::uint32_t*) <= 8, "an address fits into two words of a head");
+    Ends ends(std::uint32_t link) const noexcept
+    {
+        auto const& b = banks_[link];
+        auto const out = bank_[link], in = out ^ 1u;
+        return {b.heads[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
+    }
     template <class C>
     Ends ends() const noexcept
     {
-        constexpr auto l = Base::template index_of_link<C>();
-        auto const& b = banks_[l];
-        auto const out = bank_[l], in = out ^ 1u;
-        return {b.heads[in].data(), b.heads[out].data(), b.items[out].data(), b.stride, b.capacity};
+        return ends(Base::template index_of_link<C>);
     }
-    template <class... C>
-    static std::array<Ends, links> all_ends([[maybe_unused]] Mesh const& mesh, machine::Types<C...>) noexcept
+    std::array<Ends, links> all_ends() const noexcept
     {
-        return {{mesh.template ends<C>()..., Ends{}}};
+        std::array<Ends, links> all{};
+        for (std::uint32_t l = 0; l < Links::count; ++l) all[l] = ends(l);
+        return all;
     }
 
     /// The source that this interpreter gives to run_kernel.
@@ -313,12 +305,12 @@ protected: // for an engine that runs a part of the grid's rows
         template <class C>
         TILEMESH_KERNEL machine::Place in(Direction d) noexcept
         {
-            return links_now[Base::template index_of_link<C>()].in(4 * tile + index(d));
+            return links_now[Base::template index_of_link<C>].in(4 * tile + index(d));
         }
         template <class C>
         TILEMESH_KERNEL machine::Place out(Direction d) noexcept
         {
-            constexpr auto l = Base::template index_of_link<C>();
+            constexpr auto l = Base::template index_of_link<C>;
             return {links_now[l].out_head(slot<C>(d)), next[l][index(d)], links_now[l].capacity};
         }
         template <class P>
@@ -343,10 +335,18 @@ protected: // for an engine that runs a part of the grid's rows
         if constexpr (C::distance != 1) return far_[at];
         return C::edge == Edge::reflect ? slots_[at] : C::edge == Edge::wrap ? wrapping_[at] : dropping_[at];
     }
+    /// The place at which what a tile sends on a channel is read.
+    std::uint32_t slot_of(std::uint32_t link, std::uint32_t tile, Direction d) const noexcept
+    {
+        auto const& c = engine::link_table<Program>.at[link];
+        auto const at = 4 * std::size_t{tile} + index(d);
+        if constexpr (skips)
+            if (c.distance != 1) return far_[at];
+        return c.edge == Edge::reflect ? slots_[at] : c.edge == Edge::wrap ? wrapping_[at] : dropping_[at];
+    }
     /// Fills the tables of places for channels whose edges do not reflect. Messages that an edge drops go to a place after those of all
     /// tiles. Each such side has its own place, and nobody reads it.
-    template <class... C>
-    void make_slots(machine::Types<C...>)
+    void make_slots()
     {
         auto const grid = this->grid_;
         auto const make = [&](std::vector<std::uint32_t>& slots, Edge edge) {
@@ -356,7 +356,7 @@ protected: // for an engine that runs a part of the grid's rows
                     slots.push_back(grid.delivers(t, d, edge) ? 4 * grid.index_of(grid.neighbour(t, d, edge)) + index(grid.arrival(t, d, edge))
                                                               : bin++);
         };
-        if constexpr (distance_of(Links{}) != 1) {
+        if constexpr (skips) {
             auto bin = 4 * grid.size();
             for (TileId const t : grid.tiles())
                 for (Direction d : news)
@@ -364,25 +364,25 @@ protected: // for an engine that runs a part of the grid's rows
                                        ? 4 * grid.index_of(grid.tile_at(t, d, distance_of(Links{}))) + index(opposite(d))
                                        : bin++);
         }
-        if constexpr ((false || ... || (C::edge == Edge::drop))) make(dropping_, Edge::drop);
-        if constexpr ((false || ... || (C::edge == Edge::wrap))) make(wrapping_, Edge::wrap);
+        bool drops = false, wraps = false;
+        for (std::uint32_t l = 0; l < Links::count; ++l) {
+            auto const edge = engine::link_table<Program>.at[l].edge;
+            drops = drops || edge == Edge::drop;
+            wraps = wraps || edge == Edge::wrap;
+        }
+        if (drops) make(dropping_, Edge::drop);
+        if (wraps) make(wrapping_, Edge::wrap);
     }
 
-    template <class... C>
-    void make_banks(machine::Types<C...>)
+    void make_bank(std::uint32_t l)
     {
-        (make_bank<C>(), ...);
-    }
-    template <class C>
-    void make_bank()
-    {
-        constexpr auto l = Base::template index_of_link<C>();
         auto& b = banks_[l];
-        auto const bins = C::edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) * C::distance : 0;
+        auto const& c = engine::link_table<Program>.at[l];
+        auto const bins = c.edge == Edge::drop ? 2 * (std::size_t{this->grid_.width} + this->grid_.height) * c.distance : 0;
         auto const n = std::size_t{this->grid_.size()} * 4;
-        auto const capacity = this->template link_capacity<C>();
-        auto const most = this->template gets_slots_by_limit<C>() ? capacity : this->template most_slots<C>();
-        auto const stride = ((std::size_t{most} * C::Receiver::item_words + 15u) & ~std::size_t{15}) | 16u;
+        auto const capacity = this->link_capacity_[l];
+        auto const most = this->view().gets_slots_by_limit(l) ? capacity : this->sizes_.links[l].slots;
+        auto const stride = ((std::size_t{most} * c.item_words + 15u) & ~std::size_t{15}) | 16u;
         for (auto& heads : b.heads)
             if (heads.data() == nullptr) heads = engine::Arena((n + bins) * Bank::head_words);
         if (stride != b.stride) {
@@ -391,6 +391,17 @@ protected: // for an engine that runs a part of the grid's rows
         }
         b.capacity = capacity;
         b.stride = stride;
+    }
+    void limit_link(std::uint32_t l, std::uint32_t items)
+    {
+        auto const before = this->link_capacity_[l];
+        this->view().limit_link(l, items, has_mail(l));
+        try {
+            make_bank(l);
+        } catch (...) { // out of memory: the channel keeps its old capacity
+            this->link_capacity_[l] = before;
+            throw;
+        }
     }
 
     // --- one tile -------------------------------------------------------------------------------------------------------
@@ -444,7 +455,7 @@ protected: // for an engine that runs a part of the grid's rows
     TILEMESH_KERNEL void after([[maybe_unused]] Source& source, X*) noexcept
     {
         if constexpr (is_list<X> && !std::is_const_v<X>) {
-            auto& peak = source.me.state_peak[Base::template index_of_state<X>()];
+            auto& peak = source.me.state_peak[Base::template index_of_state<X>];
             peak = std::max(peak, source.template state<X>().head[0]);
         }
     }
@@ -460,7 +471,7 @@ protected: // for an engine that runs a part of the grid's rows
     template <class C>
     TILEMESH_KERNEL void after(Source& source, Out<C>*) noexcept
     {
-        constexpr auto l = Base::template index_of_link<C>();
+        constexpr auto l = Base::template index_of_link<C>;
         auto& me = source.me;
         for (Direction d : news) {
             if constexpr (C::sends_to != Sides::all)
@@ -496,7 +507,7 @@ protected: // for an engine that runs a part of the grid's rows
     template <class C>
     TILEMESH_KERNEL void prefetch_head(Source const& source, std::uint32_t tile, In<C>*) const noexcept
     {
-        __builtin_prefetch(source.links_now[Base::template index_of_link<C>()].in(4 * tile).head, 1);
+        __builtin_prefetch(source.links_now[Base::template index_of_link<C>].in(4 * tile).head, 1);
         __builtin_prefetch(this->hot(tile), 1);
     }
     template <class C>
@@ -533,7 +544,7 @@ protected: // for an engine that runs a part of the grid's rows
     template <class C>
     TILEMESH_KERNEL void prefetch_argument(Source const& source, std::uint32_t tile, bool& mail, In<C>*) const noexcept
     {
-        auto const& ends = source.links_now[Base::template index_of_link<C>()];
+        auto const& ends = source.links_now[Base::template index_of_link<C>];
         for (Direction d : news) {
             auto const p = ends.in(4 * tile + index(d));
             if (p.head[0] == 0) continue;
@@ -546,7 +557,7 @@ protected: // for an engine that runs a part of the grid's rows
     TILEMESH_KERNEL void prefetch_argument(Source const& source, std::uint32_t tile, bool& mail, Out<C>*) const noexcept
     {
         if (!mail) return;
-        auto const& ends = source.links_now[Base::template index_of_link<C>()];
+        auto const& ends = source.links_now[Base::template index_of_link<C>];
         for (Direction d : news) __builtin_prefetch(ends.out_head(slot<C>(tile, d)), 1);
     }
 
@@ -564,7 +575,7 @@ protected: // for an engine that runs a part of the grid's rows
     template <class C>
     TILEMESH_KERNEL void begin_stream(Source& source, std::uint32_t first_tile, Out<C>*) const noexcept
     {
-        constexpr auto l = Base::template index_of_link<C>();
+        constexpr auto l = Base::template index_of_link<C>;
         auto const& ends = source.links_now[l];
         for (Direction d : news)
             source.next[l][index(d)] = ends.out_items + (std::size_t{index(d)} * this->grid_.size() + first_tile) * ends.stride;
@@ -572,70 +583,77 @@ protected: // for an engine that runs a part of the grid's rows
 
     // --- a part of the grid's rows --------------------------------------------------------------------------------------
     /// What a tile sent towards d in a superstep whose exchange has not flipped the banks yet.
-    template <class C>
-    machine::Place sent(std::uint32_t tile, Direction d) const noexcept
+    machine::Place sent(std::uint32_t link, std::uint32_t tile, Direction d) const noexcept
     {
-        auto const now = ends<C>();
-        auto* const head = now.out_head(slot<C>(tile, d));
+        auto const now = ends(link);
+        auto* const head = now.out_head(slot_of(link, tile, d));
         std::uint32_t* items;
         std::memcpy(&items, head + 2, sizeof items);
         return {head, items, now.capacity};
     }
     /// Puts what a tile that runs elsewhere sent towards d where it is read, before the exchange flips the banks. `head`: size and note. No
     /// stream of this mesh reaches the messages' place, because it is that of the other tile.
-    template <class C>
-    void deliver(std::uint32_t from, Direction d, std::uint32_t const* head, std::uint32_t const* items) noexcept
+    void deliver(std::uint32_t link, std::uint32_t from, Direction d, std::uint32_t const* head, std::uint32_t const* items) noexcept
     {
-        auto const now = ends<C>();
+        auto const now = ends(link);
         auto* const place = now.out_items + (std::size_t{index(d)} * this->grid_.size() + from) * now.stride;
-        auto* const to = now.out_head(slot<C>(from, d));
-        std::memcpy(place, items, std::size_t{head[0]} * C::Receiver::item_words * 4);
+        auto* const to = now.out_head(slot_of(link, from, d));
+        std::memcpy(place, items, std::size_t{head[0]} * engine::link_table<Program>.at[link].item_words * 4);
         std::memcpy(to + 2, &place, sizeof place);
         to[0] = head[0];
         to[1] = head[1];
-        workers_[0].mail[Base::template index_of_link<C>()].insert(slot<C>(from, d) / 4);
+        workers_[0].mail[link].insert(slot_of(link, from, d) / 4);
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
-    template <class C>
-    bool has_mail() const noexcept
+    bool has_mail(std::uint32_t link) const noexcept
     {
         for (auto const& w : workers_)
-            if (!w.mail[Base::template index_of_link<C>()].empty()) return true;
+            if (!w.mail[link].empty()) return true;
         return false;
     }
-    template <class K, class... C>
-    bool mail_to_read(machine::Types<C...>) const noexcept
+    bool mail_to_read(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.reads && has_mail(use.link)) return true;
+        return false;
     }
     static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
                                                "the bound, or let the sending kernel read the channel";
-    template <class K, class... C>
-    bool sends_over_unread(machine::Types<C...>) const noexcept
+    bool sends_over_unread(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C> && has_mail<C>()) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.writes && !use.reads && has_mail(use.link)) return true;
+        return false;
     }
-    template <class K, class... C>
-    bool sent_anything(machine::Types<C...>) const noexcept
+    bool sent_anything(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template writes<C> && has_mail<C>()) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.writes && has_mail(use.link)) return true;
+        return false;
     }
-    /// Calls `f` with each set of tiles that kernel K wakes: those that voted busy, and those with mail for it.
-    template <class K, class F, class... C>
-    void for_each_waking_set(F const& f, machine::Types<C...>) noexcept
+    /// Calls `f` with each set of tiles that a kernel wakes: those that voted busy, and those with mail for it.
+    template <class F>
+    void for_each_waking_set(KernelFacts const& kernel, F const& f) noexcept
     {
         for (auto& w : workers_) {
             f(w.busy);
-            ((KernelTraits<K>::template reads<C> ? f(w.mail[Base::template index_of_link<C>()]) : void()), ...);
+            for (auto const& use : links_of(kernel))
+                if (use.reads) f(w.mail[use.link]);
         }
     }
-    template <class... C>
-    void flip(machine::Types<C...>) noexcept
+    void flip(KernelFacts const& kernel) noexcept
     {
-        ((bank_[Base::template index_of_link<C>()] ^= 1u), ...);
+        for (auto const& use : links_of(kernel)) bank_[use.link] ^= 1u;
     }
 
+    /// Runs worker w's part of the n tiles with one kernel: `run_tiles<Kernel>`.
+    using RunTiles = void (*)(Mesh& mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;
+    template <class Kernel>
+    static void run_tiles_of(Mesh& mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
+    {
+        mesh.template run_tiles<Kernel>(w, tiles, n, together);
+    }
     /// Runs worker w's part of the n tiles: the listed tiles, or all tiles without a list.
     template <class Kernel>
     void run_tiles(std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
@@ -644,7 +662,7 @@ protected: // for an engine that runs a part of the grid's rows
         auto& me = workers_[w];
         engine::detail::BrokenContracts broken;
         engine::detail::tilemesh_broken_contracts = &broken;
-        Source source{*this, me, all_ends(*this, Links{}), nullptr, 0, {0, 1}, keeps_trace(), {}};
+        Source source{*this, me, all_ends(), nullptr, 0, {0, 1}, keeps_trace(), {}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
             begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
@@ -666,20 +684,18 @@ protected: // for an engine that runs a part of the grid's rows
     }
 
     /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
-    template <class Kernel>
-    void run_on_team(std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept
+    void run_on_team(RunTiles run_part, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept
     {
         if (team_.size() > 1 && n > most_alone) {
             shares_.set(n);
-            team_.share([&](std::uint32_t w) noexcept { run_tiles<Kernel>(w, tiles, n, true); });
+            team_.share([&](std::uint32_t w) noexcept { run_part(*this, w, tiles, n, true); });
         } else {
-            run_tiles<Kernel>(0, tiles, n, false);
+            run_part(*this, 0, tiles, n, false);
         }
     }
     /// Adds up what the threads counted in a superstep, and appends to the trace. Returns the broken contracts. Throws the exception of a
     /// sample, and std::bad_alloc.
-    template <class Kernel>
-    Failure collect(engine::Passed& passed)
+    Failure collect(KernelFacts const& kernel, engine::Passed& passed)
     {
         Failure failure;
         for (auto& w : workers_) {
@@ -688,13 +704,10 @@ protected: // for an engine that runs a part of the grid's rows
             passed.live_bytes += std::exchange(w.live_bytes, 0);
             failure.add(w.failure);
         }
-        if constexpr (traced) {
-            using KernelLinks = typename KernelTraits<Kernel>::Links;
+        if constexpr (traced)
             if (keeps_trace()) [[unlikely]]
-                append_sample({run_.step(), votes_after<Program>(run_.step()), this->template capacity_a_side<Kernel>(KernelLinks{}),
-                               passed.sent, {}, engine::edge_of<Kernel>(KernelLinks{}), this->template absent_a_side<Kernel>(KernelLinks{}),
-                               distance_of(KernelLinks{}), {}});
-        }
+                append_sample({run_.step(), engine::program_facts<Program>.step[run_.step()].votes, this->view().capacity_a_side(kernel),
+                               passed.sent, {}, kernel.edge, this->view().absent_a_side(kernel), kernel.distance, {}});
         return failure;
     }
     bool keeps_trace() const noexcept
@@ -731,28 +744,31 @@ protected: // for an engine that runs a part of the grid's rows
     template <class Kernel, bool All>
     engine::Passed superstep()
     {
-        using KernelLinks = typename KernelTraits<Kernel>::Links;
+        return superstep(engine::kernel_facts<Program, Kernel>, All, run_tiles_of<Kernel>);
+    }
+    engine::Passed superstep(KernelFacts const& kernel, bool everywhere, RunTiles run_part)
+    {
         auto n = this->grid_.size();
-        bool const all = All && rectangle_.covers(this->grid_);
+        bool const all = everywhere && rectangle_.covers(this->grid_);
         if (all) {
-            for_each_waking_set<Kernel>([](TileSet& set) { set.clear(); }, KernelLinks{});
+            for_each_waking_set(kernel, [](TileSet& set) { set.clear(); });
         } else {
-            if (!All && !any_busy() && !mail_to_read<Kernel>(KernelLinks{})) return {};
-            for_each_waking_set<Kernel>([&](TileSet& set) { active_.take(set); }, KernelLinks{});
-            if (All)
+            if (!everywhere && !any_busy() && !mail_to_read(kernel)) return {};
+            for_each_waking_set(kernel, [&](TileSet& set) { active_.take(set); });
+            if (everywhere)
                 for (auto y = rectangle_.y0; y < rectangle_.y1; ++y)
                     active_.insert(y * this->grid_.width + rectangle_.x0, y * this->grid_.width + rectangle_.x1);
             n = active_.list(tiles_.data());
         }
         auto const* const tiles = all ? nullptr : tiles_.data();
-        if (sends_over_unread<Kernel>(KernelLinks{})) throw run_.failed(this->grid_, 0, over_unread);
-        run_on_team<Kernel>(tiles, n, All ? 1 : most_tiles_of_one_thread);
+        if (sends_over_unread(kernel)) throw run_.failed(this->grid_, 0, over_unread);
+        run_on_team(run_part, tiles, n, everywhere ? 1 : most_tiles_of_one_thread);
 
         engine::Passed passed;
         passed.ran = true;
-        passed.sent = sent_anything<Kernel>(KernelLinks{});
-        flip(KernelLinks{});
-        auto const failure = collect<Kernel>(passed);
+        passed.sent = sent_anything(kernel);
+        flip(kernel);
+        auto const failure = collect(kernel, passed);
         if (failure.count != 0) throw run_.failed(this->grid_, failure.tile, failure.text, failure.count);
         return passed;
     }
@@ -761,31 +777,24 @@ protected: // for an engine that runs a part of the grid's rows
     /// The sum of the digests of tiles begin..end-1.
     std::uint64_t digest_of(std::uint32_t begin, std::uint32_t end) noexcept
     {
-        auto const all = all_ends(*this, Links{});
+        auto const all = all_ends();
+        auto const store = this->view();
         shares_.set(end - begin);
         team_.share([&](std::uint32_t w) noexcept {
             for (std::uint32_t first = 0, last = 0; shares_.take(w, first, last);)
                 for (auto t = begin + first; t < begin + last; ++t)
-                    workers_[w].digest += engine::mix(digest_mail(all, t, Links{}), this->digest_states(t));
+                    workers_[w].digest += engine::mix(digest_mail(store, all, t), store.digest_states(t));
         });
         std::uint64_t digest = 0;
         for (auto& w : workers_) digest += std::exchange(w.digest, 0);
         return digest;
     }
-    template <class... C>
-    std::uint64_t digest_mail(std::array<Ends, links> const& all, std::uint32_t tile, machine::Types<C...>) const noexcept
+    static std::uint64_t digest_mail(engine::StoreView const& store, std::array<Ends, links> const& all, std::uint32_t tile) noexcept
     {
         std::uint64_t h = 0;
-        [[maybe_unused]] auto const one = [&](auto tag) {
-            using L = typename decltype(tag)::type;
-            if (this->sizes_.undigested_links[Base::template index_of_link<L>()]) return;
-            for (Direction d : news) {
-                auto const p = all[Base::template index_of_link<L>()].in(4 * tile + index(d));
-                h = engine::mix(h, p.head[1]);
-                h = this->template mix_items<typename L::value_type>(h, p);
-            }
-        };
-        (one(machine::Tag<C>{}), ...);
+        for (std::uint32_t l = 0; l < Links::count; ++l)
+            if (!store.undigested_links[l])
+                for (Direction d : news) h = store.mix_mail(h, l, all[l].in(4 * tile + index(d)));
         return h;
     }
 

@@ -15,6 +15,8 @@ struct LinkSize {
     std::uint32_t slots;
     std::uint32_t message_bytes;
 };
+/// In place of a number of words: the state is in no digest.
+inline constexpr std::uint32_t no_digest = 0xffffffffu;
 } // namespace engine
 
 /// The machine and the list sizes of a mesh. They are a value, so meshes of different sizes share their code.
@@ -34,7 +36,7 @@ struct MeshSizes {
     /// condition (If). So the digests are those of a program without the steps. `no_digest`: the state is in no digest.
     std::array<std::uint32_t, States::count + 1> undigested{};
     std::array<bool, Links::count + 1> undigested_links{}; ///< is the channel in no digest?
-    static constexpr std::uint32_t no_digest = 0xffffffffu;
+    static constexpr std::uint32_t no_digest = engine::no_digest;
 
     template <class X>
     constexpr std::uint32_t& slots_of() noexcept

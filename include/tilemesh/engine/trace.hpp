@@ -102,34 +102,9 @@ private:
     std::uint32_t runs_ = 0;
 };
 
-/// The Edge of the channels that kernel K sends on; `reflect` if they differ, or without one.
-template <class K, class... C>
-constexpr Edge edge_of(machine::Types<C...>) noexcept
-{
-    auto edge = Edge::reflect;
-    std::uint32_t sends = 0;
-    bool differ = false;
-    ((KernelTraits<K>::template writes<C> ? (differ = differ || (sends++ != 0 && C::edge != edge), edge = C::edge) : edge), ...);
-    return differ ? Edge::reflect : edge;
-}
-
-/// The names of the operations that the kernels of a program's steps count, in program order.
-template <class... Step>
-void list_operations(machine::Types<Step...>, std::vector<std::vector<std::string>>& out)
-{
-    [[maybe_unused]] auto const add = [&](auto names) { out.emplace_back(names.begin, names.begin + names.size); };
-    (add(operation_names<KernelOf<Step>>()), ...);
-}
-/// The empty trace of a run that has not begun.
-template <class Program>
-Trace begin_trace(RunCounters const& run)
-{
-    Trace trace;
-    for (auto const& s : run.steps) trace.kernels.push_back(s.kernel);
-    list_operations(StepsOf<Program>{}, trace.operations);
-    trace.loops = run.loops;
-    return trace;
-}
+struct ProgramFacts;
+/// The empty trace of a run that has not begun. `operations`: by steps (operations_of_steps).
+Trace begin_trace(ProgramFacts const& program, OperationNames const* operations);
 
 /// Adds the bytes that the tile of `source` sent on a channel, without what an edge drops; does nothing for other parameters of a kernel.
 template <class Sample, class X, class Source>

@@ -96,10 +96,10 @@ public:
         if (engine_)
             throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
         if constexpr (is_channel<X>) {
-            this->template limit_link<X>(items, false);
-            incoming_[Base::template index_of_link<X>()] = {};
+            this->view().limit_link(Base::template index_of_link<X>, items, false);
+            incoming_[Base::template index_of_link<X>] = {};
         } else {
-            this->template limit_state<X>(items);
+            this->view().limit_state(Base::template index_of_state<X>, items);
         }
     }
 
@@ -108,7 +108,7 @@ public:
     decltype(auto) state(TileId t)
     {
         fetch<X>();
-        dirty_[Base::template index_of_state<X>()] = true;
+        dirty_[Base::template index_of_state<X>] = true;
         return Base::template state<X>(t);
     }
     template <class X>
@@ -122,7 +122,7 @@ public:
     auto states()
     {
         fetch<X>();
-        dirty_[Base::template index_of_state<X>()] = true;
+        dirty_[Base::template index_of_state<X>] = true;
         return Base::template states<X>();
     }
     template <class X>
@@ -135,13 +135,13 @@ public:
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d)
     {
-        auto& mirror = incoming_[Base::template index_of_link<C>()];
+        auto& mirror = incoming_[Base::template index_of_link<C>];
         auto const words = C::Receiver::words(this->template link_capacity<C>());
         auto const side = std::size_t{this->grid_.size()} * words;
         if (!contains(C::receives_from, d)) return C::Receiver::none();
         if (mirror.data() == nullptr) mirror = engine::Arena(ends_in<C> * side);
-        if (auto& stale = incoming_stale_[Base::template index_of_link<C>()]; stale && engine_) {
-            execute(first_incoming + Base::template index_of_link<C>());
+        if (auto& stale = incoming_stale_[Base::template index_of_link<C>]; stale && engine_) {
+            execute(first_incoming + Base::template index_of_link<C>);
             std::memcpy(mirror.data(), staging_.data(), ends_in<C> * side * 4);
             stale = false;
         }
@@ -180,7 +180,7 @@ public:
     void prepare()
     {
         if (engine_) return;
-        this->require_capacities(Links{});
+        this->view().require_capacities();
         try {
             build();
         } catch (...) {
@@ -408,7 +408,7 @@ private:
     template <class X>
     void send_one()
     {
-        auto& dirty = dirty_[Base::template index_of_state<X>()];
+        auto& dirty = dirty_[Base::template index_of_state<X>];
         if (!dirty) return;
         for_each_tile<X>([](std::uint32_t* words, machine::Place const& place) {
             if constexpr (is_list<X>) {
@@ -418,7 +418,7 @@ private:
                 std::memcpy(words, place.items, sizeof(X));
             }
         });
-        execute(first_send + Base::template index_of_state<X>());
+        execute(first_send + Base::template index_of_state<X>);
         dirty = false;
     }
     template <class... X>
@@ -429,7 +429,7 @@ private:
     template <class X>
     void fetch()
     {
-        constexpr auto i = Base::template index_of_state<X>();
+        constexpr auto i = Base::template index_of_state<X>;
         if (!stale_[i]) return;
         execute(first_fetch + i);
         for_each_tile<X>([](std::uint32_t const* words, machine::Place const& place) {
@@ -446,9 +446,7 @@ private:
     // --- counters ------------------------------------------------------------------------------------------------------------
     RunCounters account()
     {
-        RunCounters run;
-        run.steps = engine::begin_steps(StepsOf<Program>{});
-        run.loops = engine::begin_loops<Program>();
+        RunCounters run = engine::begin_counters(engine::program_facts<Program>);
         for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) run.loops[l].rounds = run_log_[RunLog::loop<Program>(l) + 1];
         StaticPasses passes{*this, {}};
         walk(built_, passes);
@@ -465,14 +463,22 @@ private:
                             "the sending kernel read the channel [tile " +
                             engine::text(this->grid_.tile(t)) + ", " + run.steps[broken - 1].kernel + "]");
             }
-        run.peaks = engine::list_peaks(States{}, Links{}, [&](auto tag) {
-            using R = typename decltype(tag)::type;
-            if constexpr (is_channel<R>)
-                return engine::Peak{{}, peak(Log::template link_peak<R>()), this->template link_capacity<R>()};
-            else
-                return engine::Peak{{}, peak(Log::template state_peak<R>()), this->capacity_[Base::template index_of_state<R>()]};
-        });
+        run.peaks = peaks(States{}, Links{});
         return run;
+    }
+    template <class... X, class... C>
+    std::vector<engine::Peak> peaks(machine::Types<X...>, machine::Types<C...>) const
+    {
+        std::uint32_t const states[] = {state_peak<X>()..., 0}, links[] = {peak(Log::template link_peak<C>())..., 0};
+        return engine::list_peaks(this->view(), states, links);
+    }
+    template <class X>
+    std::uint32_t state_peak() const noexcept
+    {
+        if constexpr (is_list<X>)
+            return peak(Log::template state_peak<X>());
+        else
+            return 0;
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
@@ -507,7 +513,7 @@ private:
             std::uint32_t link = 0;
             (count_messages<C>(counters, word(t, at + 1 + link++)), ...);
         }
-        counters.capacity_bytes = counters.exchanges * this->template capacity_bytes<K>(machine::Types<C...>{});
+        counters.capacity_bytes = counters.exchanges * this->view().capacity_bytes(engine::kernel_facts<Program, K>);
     }
     template <class C>
     void count_messages(StepCounters& counters, std::uint32_t n) const noexcept
@@ -517,18 +523,20 @@ private:
     }
     void make_trace(RunCounters const& counters)
     {
-        trace_ = engine::begin_trace<Program>(counters);
+        trace_ = engine::begin_trace(engine::program_facts<Program>, engine::operations_of_steps<Program>.at);
+        trace_.loops = counters.loops;
         std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
         std::array<Edge, StepsOf<Program>::count + 1> edge{};
         std::array<std::array<std::uint32_t, 4>, StepsOf<Program>::count + 1> absent{};
         for_each_step(built_, [&](auto const& step, std::uint32_t i) {
             using Kernel = KernelOf<std::decay_t<decltype(step)>>;
-            capacity[i] = this->template capacity_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
-            edge[i] = engine::edge_of<Kernel>(typename KernelTraits<Kernel>::Links{});
-            absent[i] = this->template absent_a_side<Kernel>(typename KernelTraits<Kernel>::Links{});
+            auto const& kernel = engine::kernel_facts<Program, Kernel>;
+            capacity[i] = this->view().capacity_a_side(kernel);
+            edge[i] = kernel.edge;
+            absent[i] = this->view().absent_a_side(kernel);
         });
         for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
-            SuperstepSample superstep{s->step, votes_after<Program>(s->step), capacity[s->step], false, {}, edge[s->step], absent[s->step]};
+            SuperstepSample superstep{s->step, engine::program_facts<Program>.step[s->step].votes, capacity[s->step], false, {}, edge[s->step], absent[s->step]};
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
                 if (s->ran == 0) continue;
                 superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});

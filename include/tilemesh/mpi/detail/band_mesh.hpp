@@ -48,6 +48,7 @@ template <class Program, class Machine>
 class BandMesh : public Mesh<Program, Machine> {
     using Base = Mesh<Program, Machine>;
     using Run = engine::Run<Program, is_traced<Machine>>;
+    using KernelFacts = engine::KernelFacts;
     friend Run;
 
 public:
@@ -100,7 +101,7 @@ public:
     /// Makes what a run needs on this rank.
     void prepare()
     {
-        this->require_capacities(Links{});
+        this->view().require_capacities();
         for (auto& w : this->workers_) w.begin();
         this->run_.begin();
         for (auto& side : sides_)
@@ -250,66 +251,64 @@ private:
     }
 
     // --- messages -------------------------------------------------------------------------------------------------------
-    /// Does kernel K send on channel C over this side to another rank?
-    template <class K, class C>
-    static bool crosses([[maybe_unused]] Side const& side) noexcept
+    /// Does a kernel send on this channel over this side to another rank?
+    static bool crosses(Side const& side, engine::LinkUse const& use) noexcept
     {
-        return KernelTraits<K>::template writes<C> && side.remote && (!side.over_edge || C::edge == Edge::wrap);
+        return use.writes && side.remote && (!side.over_edge || engine::link_table<Program>.at[use.link].edge == Edge::wrap);
     }
-    template <class K, class... C>
-    static bool crosses_with_any([[maybe_unused]] Side const& side, machine::Types<C...>) noexcept
+    static bool crosses_with_any(Side const& side, KernelFacts const& kernel) noexcept
     {
-        return (crosses<K, C>(side) || ...);
+        for (auto const& use : links_of(kernel))
+            if (crosses(side, use)) return true;
+        return false;
     }
     /// The words of the largest message after any step.
     template <class... Step>
     std::uint64_t most_words(Side const& side, machine::Types<Step...>) const noexcept
     {
-        return std::max({std::uint64_t{1}, most_words_after<KernelOf<Step>>(side, typename KernelTraits<KernelOf<Step>>::Links{})...});
+        return std::max({std::uint64_t{1}, most_words_after(side, engine::kernel_facts<Program, KernelOf<Step>>)...});
     }
-    template <class K, class... C>
-    std::uint64_t most_words_after([[maybe_unused]] Side const& side, machine::Types<C...>) const noexcept
+    std::uint64_t most_words_after(Side const& side, KernelFacts const& kernel) const noexcept
     {
-        return (std::uint64_t{0} + ... +
-                (crosses<K, C>(side)
-                     ? 1 + this->grid_.width * (3 + std::uint64_t{this->template link_capacity<C>()} * C::Receiver::item_words)
-                     : 0));
+        std::uint64_t words = 0;
+        for (auto const& use : links_of(kernel))
+            if (crosses(side, use))
+                words += 1 + this->grid_.width * (3 + std::uint64_t{this->link_capacity_[use.link]} * engine::link_table<Program>.at[use.link].item_words);
+        return words;
     }
     /// Packs what these tiles sent over a side, channel by channel: the number of ends, and for each end its column, size, note, messages.
-    template <class C>
-    std::uint32_t* pack(Side const& side, std::span<std::uint32_t const> tiles, std::uint32_t* to) noexcept
+    std::uint32_t* pack(std::uint32_t link, Side const& side, std::span<std::uint32_t const> tiles, std::uint32_t* to) noexcept
     {
         auto* const ends = to++;
         *ends = 0;
         for (auto tile : tiles) {
-            auto const end = this->template sent<C>(tile, side.direction);
+            auto const end = this->sent(link, tile, side.direction);
             if ((end.head[0] | end.head[1]) == 0) continue;
             ++*ends;
             *to++ = tile % this->grid_.width;
             *to++ = end.head[0];
             *to++ = end.head[1];
-            auto const words = std::size_t{end.head[0]} * C::Receiver::item_words;
+            auto const words = std::size_t{end.head[0]} * engine::link_table<Program>.at[link].item_words;
             std::memcpy(to, end.items, words * 4);
             to += words;
             end.head[0] = end.head[1] = 0;
         }
         return to;
     }
-    template <class C>
-    std::uint32_t const* unpack(Side const& side, std::uint32_t const* from) noexcept
+    std::uint32_t const* unpack(std::uint32_t link, Side const& side, std::uint32_t const* from) noexcept
     {
         for (auto ends = *from++; ends != 0; --ends) {
             auto const tile = side.beyond * this->grid_.width + from[0];
-            this->template deliver<C>(tile, opposite(side.direction), from + 1, from + 3);
-            from += 3 + std::size_t{from[1]} * C::Receiver::item_words;
+            this->deliver(link, tile, opposite(side.direction), from + 1, from + 3);
+            from += 3 + std::size_t{from[1]} * engine::link_table<Program>.at[link].item_words;
         }
         return from;
     }
-    template <class K, class... C>
-    void send(Side& side, [[maybe_unused]] std::span<std::uint32_t const> tiles, machine::Types<C...>)
+    void send(Side& side, std::span<std::uint32_t const> tiles, KernelFacts const& kernel)
     {
         auto* to = side.out.data();
-        ((to = crosses<K, C>(side) ? pack<C>(side, tiles, to) : to), ...);
+        for (auto const& use : links_of(kernel))
+            if (crosses(side, use)) to = pack(use.link, side, tiles, to);
         MPI_Isend(side.out.data(), static_cast<int>(to - side.out.data()), MPI_UINT32_T, static_cast<int>(side.rank),
                   side.direction == Direction::north ? tag_northwards : tag_southwards, ranks_.comm(), &side.requests[0]);
     }
@@ -318,12 +317,12 @@ private:
         MPI_Irecv(side.in.data(), static_cast<int>(side.in.words()), MPI_UINT32_T, static_cast<int>(side.rank),
                   side.direction == Direction::north ? tag_southwards : tag_northwards, ranks_.comm(), &side.requests[1]);
     }
-    template <class K, class... C>
-    void take_in(Side& side, machine::Types<C...>)
+    void take_in(Side& side, KernelFacts const& kernel)
     {
         MPI_Wait(&side.requests[1], MPI_STATUS_IGNORE);
-        [[maybe_unused]] std::uint32_t const* from = side.in.data();
-        ((from = crosses<K, C>(side) ? unpack<C>(side, from) : from), ...);
+        std::uint32_t const* from = side.in.data();
+        for (auto const& use : links_of(kernel))
+            if (crosses(side, use)) from = unpack(use.link, side, from);
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
@@ -334,33 +333,34 @@ private:
         ranks_.sum(&digest, 1);
         return digest;
     }
-    template <class K, class... C>
-    bool mail_to_read(machine::Types<C...>) const noexcept
+    bool mail_to_read(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template reads<C> && mail_[Base::template index_of_link<C>()]) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.reads && mail_[use.link]) return true;
+        return false;
     }
-    template <class K, class... C>
-    bool sends_over_unread(machine::Types<C...>) const noexcept
+    bool sends_over_unread(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template writes<C> && !KernelTraits<K>::template reads<C> && mail_[Base::template index_of_link<C>()]) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.writes && !use.reads && mail_[use.link]) return true;
+        return false;
     }
-    template <class K, class... C>
-    bool sent_anything(machine::Types<C...>) const noexcept
+    bool sent_anything(KernelFacts const& kernel) const noexcept
     {
-        return ((KernelTraits<K>::template writes<C> && mail_[Base::template index_of_link<C>()]) || ...);
+        for (auto const& use : links_of(kernel))
+            if (use.writes && mail_[use.link]) return true;
+        return false;
     }
     /// The tiles of this rank that run, in order.
-    template <class Kernel, bool All>
-    std::span<std::uint32_t const> tiles_to_run()
+    std::span<std::uint32_t const> tiles_to_run(KernelFacts const& kernel, bool everywhere)
     {
-        using KernelLinks = typename KernelTraits<Kernel>::Links;
         auto const& r = this->rectangle_;
-        if (All && r.covers(this->grid_)) {
-            this->template for_each_waking_set<Kernel>([](auto& set) { set.clear(); }, KernelLinks{});
+        if (everywhere && r.covers(this->grid_)) {
+            this->for_each_waking_set(kernel, [](auto& set) { set.clear(); });
             return everything_;
         }
-        this->template for_each_waking_set<Kernel>([this](auto& set) { this->active_.take(set); }, KernelLinks{});
-        if (All)
+        this->for_each_waking_set(kernel, [this](auto& set) { this->active_.take(set); });
+        if (everywhere)
             for (auto y = std::max(r.y0, first_row_); y < std::min(r.y1, last_row_); ++y)
                 this->active_.insert(y * this->grid_.width + r.x0, y * this->grid_.width + r.x1);
         auto const* const tiles = this->tiles_.data();
@@ -368,26 +368,23 @@ private:
         // Mail that went to another rank has marked its receiver in the row beyond.
         return {std::lower_bound(tiles, end, first_tile()), std::lower_bound(tiles, end, last_tile())};
     }
-    template <class... C>
-    void count_mail([[maybe_unused]] Sums& sums, machine::Types<C...>) const noexcept
-    {
-        ((sums[Sums::mail + Base::template index_of_link<C>()] = this->template has_mail<C>() ? 1 : 0), ...);
-    }
-
     template <class Kernel, bool All>
     engine::Passed superstep()
     {
-        using KernelLinks = typename KernelTraits<Kernel>::Links;
-        if (!All && !busy_ && !mail_to_read<Kernel>(KernelLinks{})) return {};
-        if (sends_over_unread<Kernel>(KernelLinks{})) throw this->run_.failed(this->grid_, 0, Base::over_unread);
-        auto const tiles = tiles_to_run<Kernel, All>();
-        std::uint32_t const most_alone = All ? 1 : Base::most_tiles_of_one_thread;
+        return superstep(engine::kernel_facts<Program, Kernel>, All, Base::template run_tiles_of<Kernel>);
+    }
+    engine::Passed superstep(KernelFacts const& kernel, bool everywhere, typename Base::RunTiles run_part)
+    {
+        if (!everywhere && !busy_ && !mail_to_read(kernel)) return {};
+        if (sends_over_unread(kernel)) throw this->run_.failed(this->grid_, 0, Base::over_unread);
+        auto const tiles = tiles_to_run(kernel, everywhere);
+        std::uint32_t const most_alone = everywhere ? 1 : Base::most_tiles_of_one_thread;
         auto const run = [&](std::span<std::uint32_t const> some) {
-            if (!some.empty()) this->template run_on_team<Kernel>(some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
+            if (!some.empty()) this->run_on_team(run_part, some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
         };
 
         // The rows at open edges first: their messages travel while the other rows run.
-        bool const open[] = {crosses_with_any<Kernel>(sides_[0], KernelLinks{}), crosses_with_any<Kernel>(sides_[1], KernelLinks{})};
+        bool const open[] = {crosses_with_any(sides_[0], kernel), crosses_with_any(sides_[1], kernel)};
         for (std::size_t s : {0u, 1u})
             if (open[s]) receive(sides_[s]);
         auto const at = [&](std::uint32_t row) {
@@ -399,16 +396,16 @@ private:
             auto const row = at(last_row_ - 1);
             last = std::max(row, first); // a band of one row has run
             run(tiles.subspan(last));
-            send<Kernel>(sides_[1], tiles.subspan(row), KernelLinks{});
+            send(sides_[1], tiles.subspan(row), kernel);
         }
-        if (open[0]) send<Kernel>(sides_[0], tiles.first(first), KernelLinks{});
+        if (open[0]) send(sides_[0], tiles.first(first), kernel);
         run(tiles.subspan(first, last - first));
 
         engine::Passed passed;
         typename Base::Failure failure;
         Mistake mistake;
         mistake.watch([&] {
-            failure = this->template collect<Kernel>(passed);
+            failure = this->collect(kernel, passed);
             if (this->options_.digest) this->run_.make_room_for_digest();
         });
         Sums sums;
@@ -418,15 +415,15 @@ private:
         sums[Sums::busy] = Base::any_busy() ? 1 : 0;
         sums[Sums::failures] = failure.count;
         sums[Sums::mistakes] = mistake.made ? 1 : 0;
-        count_mail(sums, Links{});
+        for (std::uint32_t l = 0; l < Links::count; ++l) sums[Sums::mail + l] = this->has_mail(l) ? 1 : 0;
         MPI_Request agreement;
         MPI_Iallreduce(MPI_IN_PLACE, sums.words.data(), static_cast<int>(sums.words.size()), MPI_UINT64_T, MPI_SUM, ranks_.comm(), &agreement);
         for (std::size_t s : {0u, 1u})
-            if (open[s]) take_in<Kernel>(sides_[s], KernelLinks{});
+            if (open[s]) take_in(sides_[s], kernel);
         for (std::size_t s : {0u, 1u})
             if (open[s]) MPI_Wait(&sides_[s].requests[0], MPI_STATUS_IGNORE);
         MPI_Wait(&agreement, MPI_STATUS_IGNORE);
-        this->flip(KernelLinks{});
+        this->flip(kernel);
 
         if (sums[Sums::mistakes] != 0) ranks_.agree(mistake, [this] { return this_superstep(); });
         if (sums[Sums::failures] != 0) {
@@ -440,7 +437,7 @@ private:
         busy_ = sums[Sums::busy] != 0;
         for (std::size_t l = 0; l < mail_.size(); ++l) mail_[l] = sums[Sums::mail + l] != 0;
         passed.ran = true;
-        passed.sent = sent_anything<Kernel>(KernelLinks{});
+        passed.sent = sent_anything(kernel);
         passed.messages = sums[Sums::messages];
         passed.tile_runs = sums[Sums::tile_runs];
         passed.live_bytes = sums[Sums::live_bytes];

@@ -1,0 +1,80 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tilemesh/config.hpp>
+#include <tilemesh/engine/contract.hpp>
+#include <tilemesh/engine/quiet_change.hpp>
+#include <tilemesh/engine/rectangle.hpp>
+#include <tilemesh/engine/run.hpp>
+#include <tilemesh/engine/store_view.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace engine {
+
+/// The rules that CheckedMesh checks, and its supersteps, for any program: the tables of the program stand for its types, and a function
+/// runs a kernel on a tile.
+class Checker {
+public:
+    /// One side of a channel on all tiles: {size, note, most items ever written, guard}, and guarded items for each slot.
+    struct Ends {
+        std::vector<std::array<std::uint32_t, 4>> heads;
+        Arena items;
+        std::size_t stride = 0;
+        std::uint32_t capacity = 0;
+        machine::Place at(std::uint32_t slot) noexcept
+        {
+            return {heads[slot].data(), items.data() + slot * stride + guard_words_around, capacity};
+        }
+    };
+    /// A kernel of a mesh of known type.
+    struct Kernel {
+        KernelFacts const* facts;
+        Vote (*run)(void* mesh, std::uint32_t tile, Worker share);
+        /// Appends what the kernel did on a tile to the trace; null on a machine that is not Traced.
+        void (*sample)(void* mesh, std::uint32_t tile, SuperstepSample& to);
+        bool everywhere; ///< Superstep or Repeat
+        void* mesh;
+    };
+    struct Limits {
+        bool check_quiet_tiles;
+        Rectangle rectangle; ///< Superstep and Repeat run all of its tiles
+    };
+
+    explicit Checker(StoreView const& store);
+
+    std::vector<Ends> in, out; ///< by channels
+
+    /// Gives a channel ends of its present capacity.
+    void make_end(StoreView const& store, std::uint32_t link);
+    void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
+    /// Call it before a run, and `end` after it: throws Error if nobody ran, but somebody would have changed a word.
+    void begin();
+    void end() const;
+    std::vector<Peak> peaks(StoreView const& store) const { return list_peaks(store, state_peak_.data(), link_peak_.data()); }
+    bool any_busy() const noexcept;
+    std::uint64_t digest(StoreView const& store);
+    /// `votes`: do the tiles vote after this step?
+    Passed superstep(StoreView const& store, RunState const& run, Kernel const& kernel, Limits const& limits, bool votes);
+
+private:
+    struct Step; // a superstep in progress
+
+    bool unread(std::uint32_t link, std::uint32_t tile);
+
+    std::vector<std::uint8_t> busy_[2];
+    std::uint32_t parity_ = 0;
+    std::vector<std::uint32_t> state_peak_, link_peak_;
+    std::vector<std::vector<std::uint32_t>> most_; ///< by states, then tiles: the items of a list that are not poisoned
+    KernelFacts const* last_kernel_ = nullptr;     ///< of the superstep before; null at the start of a run
+    std::string would_run_;             ///< the first kernel that would have changed a word, had a tile run before anybody voted; its tile
+    std::vector<std::uint32_t> before_; ///< the words of a tile before the kernel ran on it, although it need not run
+    detail::BrokenContracts broken_;
+};
+
+}}} // namespace tilemesh::engine
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/engine/detail/checker_code.hpp>
+#endif
