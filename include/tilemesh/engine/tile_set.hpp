@@ -7,8 +7,8 @@
 namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 /// A set of tiles. It has one bit per tile, and one bit for each word of 64 tiles that is not zero. To go through the set costs its tiles,
-/// and one word for each 4,096 tiles of the grid.
-class TileSet {
+/// and one word for each 4,096 tiles of the grid. Sets of different threads share no cache line.
+class alignas(64) TileSet {
 public:
     explicit TileSet(std::uint32_t tiles = 0)
         : words_((std::size_t{tiles} + 63) / 64), groups_((words_.size() + 63) / 64)

@@ -102,7 +102,7 @@ public:
     void prepare()
     {
         this->view().require_capacities();
-        for (auto& w : this->workers_) w.begin();
+        this->begin_run();
         this->run_.begin();
         for (auto& side : sides_)
             if (side.remote) {
@@ -125,7 +125,7 @@ public:
             std::vector<engine::Peak> peaks;
             std::vector<std::uint64_t> items;
             ranks_.together([&] {
-                peaks = this->peaks();
+                peaks = engine::MeshCore::peaks(this->view());
                 for (auto const& p : peaks) items.push_back(p.items);
             });
             ranks_.most(items.data(), items.size());
@@ -282,7 +282,7 @@ private:
         auto* const ends = to++;
         *ends = 0;
         for (auto tile : tiles) {
-            auto const end = this->sent(link, tile, side.direction);
+            auto const end = this->sent(this->view(), link, tile, side.direction);
             if ((end.head[0] | end.head[1]) == 0) continue;
             ++*ends;
             *to++ = tile % this->grid_.width;
@@ -299,7 +299,7 @@ private:
     {
         for (auto ends = *from++; ends != 0; --ends) {
             auto const tile = side.beyond * this->grid_.width + from[0];
-            this->deliver(link, tile, opposite(side.direction), from + 1, from + 3);
+            this->deliver(this->view(), link, tile, opposite(side.direction), from + 1, from + 3);
             from += 3 + std::size_t{from[1]} * engine::link_table<Program>.at[link].item_words;
         }
         return from;
@@ -329,7 +329,7 @@ private:
     bool any_busy() const noexcept { return busy_; }
     std::uint64_t digest_now()
     {
-        auto digest = this->digest_of(first_tile(), last_tile());
+        auto digest = this->digest_of(this->view(), first_tile(), last_tile());
         ranks_.sum(&digest, 1);
         return digest;
     }
@@ -356,10 +356,10 @@ private:
     {
         auto const& r = this->rectangle_;
         if (everywhere && r.covers(this->grid_)) {
-            this->for_each_waking_set(kernel, [](auto& set) { set.clear(); });
+            this->forget_waking(kernel);
             return everything_;
         }
-        this->for_each_waking_set(kernel, [this](auto& set) { this->active_.take(set); });
+        this->list_waking(kernel);
         if (everywhere)
             for (auto y = std::max(r.y0, first_row_); y < std::min(r.y1, last_row_); ++y)
                 this->active_.insert(y * this->grid_.width + r.x0, y * this->grid_.width + r.x1);
@@ -371,16 +371,18 @@ private:
     template <class Kernel, bool All>
     engine::Passed superstep()
     {
-        return superstep(engine::kernel_facts<Program, Kernel>, All, Base::template run_tiles_of<Kernel>);
+        return superstep(this->template kernel_of<Kernel, All>());
     }
-    engine::Passed superstep(KernelFacts const& kernel, bool everywhere, typename Base::RunTiles run_part)
+    engine::Passed superstep(engine::MeshCore::Kernel const& step)
     {
+        auto const& kernel = *step.facts;
+        bool const everywhere = step.everywhere;
         if (!everywhere && !busy_ && !mail_to_read(kernel)) return {};
         if (sends_over_unread(kernel)) throw this->run_.failed(this->grid_, 0, Base::over_unread);
         auto const tiles = tiles_to_run(kernel, everywhere);
         std::uint32_t const most_alone = everywhere ? 1 : Base::most_tiles_of_one_thread;
         auto const run = [&](std::span<std::uint32_t const> some) {
-            if (!some.empty()) this->run_on_team(run_part, some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
+            if (!some.empty()) this->run_on_team(step, some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
         };
 
         // The rows at open edges first: their messages travel while the other rows run.
@@ -405,7 +407,7 @@ private:
         typename Base::Failure failure;
         Mistake mistake;
         mistake.watch([&] {
-            failure = this->collect(kernel, passed);
+            failure = this->collect(this->view(), this->run_, step, passed);
             if (this->options_.digest) this->run_.make_room_for_digest();
         });
         Sums sums;

@@ -1,0 +1,175 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <tilemesh/config.hpp>
+#include <tilemesh/engine/arena.hpp>
+#include <tilemesh/engine/rectangle.hpp>
+#include <tilemesh/engine/run.hpp>
+#include <tilemesh/engine/store_view.hpp>
+#include <tilemesh/engine/team.hpp>
+#include <tilemesh/engine/tile_set.hpp>
+#include <vector>
+
+namespace tilemesh { inline namespace v0_2 { namespace engine {
+
+/// A Mesh without the types of its program: channels, threads and supersteps. A function runs a kernel on tiles.
+class MeshCore {
+public:
+    /// The broken contracts that run() reports: the first one of the lowest tile, and their number on all tiles.
+    struct Failure {
+        std::uint32_t tile = 0xffffffffu;
+        char const* text = nullptr;
+        std::uint64_t count = 0;
+
+        void add(Failure const& other) noexcept
+        {
+            auto const all = count + other.count;
+            if (other.tile < tile) *this = other;
+            count = all;
+        }
+    };
+
+    /// Both ends of a channel on all tiles, in one superstep. The exchange swaps them.
+    struct Ends {
+        static constexpr std::uint32_t head_words = 4;
+        std::uint32_t *in_heads, *out_heads, *out_items;
+        std::size_t stride;
+        std::uint32_t capacity;
+        TILEMESH_KERNEL machine::Place in(std::uint32_t slot) const noexcept
+        {
+            auto* const head = in_heads + head_words * std::size_t{slot};
+            std::uint32_t* items;
+            std::memcpy(&items, head + 2, sizeof items);
+            return {head, items, capacity};
+        }
+        TILEMESH_KERNEL std::uint32_t* out_head(std::uint32_t slot) const noexcept { return out_heads + head_words * std::size_t{slot}; }
+    };
+    static_assert(sizeof(std::uint32_t*) <= 8, "an address fits into two words of a head");
+
+protected:
+    /// Both banks of a channel on the host. The exchange swaps them. A sender writes the head of its neighbour's end: size, note, and the
+    /// address of the messages.
+    ///
+    /// The messages that tiles send to one side follow one another in memory, in the order in which a thread runs the tiles. So a superstep
+    /// reads four streams and writes four, whose length is that of the live messages, for any capacity. A thread begins a stream for each
+    /// of its pieces of the tiles, at the place of the piece's first tile if every tile had room for its capacity.
+    struct Bank {
+        Arena heads[2];
+        Arena items[2];
+        std::size_t stride = 0;      ///< words for the capacity of one end
+        std::uint32_t capacity = 0;
+        std::uint32_t now = 0;       ///< the bank that senders write
+    };
+    /// One thread's part of a superstep.
+    struct alignas(64) WorkerState {
+        WorkerState(std::uint32_t tiles, std::uint32_t states, std::uint32_t links);
+        std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
+        Failure failure;
+        detail::TileSet busy;              ///< tiles that voted busy
+        std::vector<detail::TileSet> mail; ///< by channels: tiles that got a message
+        std::vector<std::uint32_t> peaks;  ///< most items by states, then by channels; a cache line before and after them is empty
+        std::vector<TileSample> samples;   ///< on a Traced machine
+        std::vector<FarSample> far;        ///< on a Traced machine, if a channel skips tiles
+        std::exception_ptr thrown;         ///< exception of a function of on_threads; on a Traced machine, of a sample
+
+        static constexpr std::uint32_t line = 16; ///< words of a cache line
+        std::uint32_t* state_peaks() noexcept { return peaks.data() + line; }
+        void begin() noexcept;
+    };
+    /// Runs worker w's part of n tiles with a kernel: the listed tiles, or all tiles without a list.
+    struct Kernel {
+        KernelFacts const* facts;
+        void (*run)(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;
+        void* mesh;
+        bool everywhere; ///< Superstep or Repeat
+        bool votes;      ///< do tiles vote after this step?
+    };
+
+    MeshCore(StoreView const& store, std::uint32_t threads);
+    ~MeshCore();
+    MeshCore(MeshCore const&) = delete;
+    MeshCore& operator=(MeshCore const&) = delete;
+
+    /// Up to this many tiles, the thread that walks the program runs alone. To run a tile takes 20 ns to 1 us, and to involve another
+    /// thread takes 0.2 us. The words of the tiles may also have to come from the first thread's cache.
+    static constexpr std::uint32_t most_tiles_of_one_thread = 8;
+    static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
+                                               "the bound, or let the sending kernel read the channel";
+
+    void begin_run() noexcept
+    {
+        for (auto& w : workers_) w.begin();
+    }
+    std::vector<Peak> peaks(StoreView const& store) const;
+    void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
+    /// Throws the exception of the lowest thread of the team that has one.
+    void rethrow();
+
+    Ends ends(std::uint32_t link) const noexcept
+    {
+        auto const& b = banks_[link];
+        return {b.heads[b.now ^ 1u].data(), b.heads[b.now].data(), b.items[b.now].data(), b.stride, b.capacity};
+    }
+    /// The place at which what a tile sends on a channel is read.
+    TILEMESH_KERNEL std::uint32_t slot(Edge edge, std::uint32_t distance, std::uint32_t tile, Direction d) const noexcept
+    {
+        auto const at = 4 * std::size_t{tile} + index(d);
+        if (distance != 1) return far_[at];
+        return edge == Edge::reflect ? slots_[at] : edge == Edge::wrap ? wrapping_[at] : dropping_[at];
+    }
+
+    // --- a part of the grid's rows ---
+    /// What a tile sent towards d in a superstep whose exchange has not flipped the banks yet.
+    machine::Place sent(StoreView const& store, std::uint32_t link, std::uint32_t tile, Direction d) const noexcept;
+    /// Puts what a tile that runs elsewhere sent towards d where it is read, before the exchange flips the banks. `head`: size and note. No
+    /// stream of this mesh reaches the messages' place, because it is that of the other tile.
+    void deliver(StoreView const& store, std::uint32_t link, std::uint32_t from, Direction d, std::uint32_t const* head,
+                 std::uint32_t const* items) noexcept;
+
+    // --- one superstep ---
+    bool has_mail(std::uint32_t link) const noexcept;
+    bool mail_to_read(KernelFacts const& kernel) const noexcept;
+    bool sends_over_unread(KernelFacts const& kernel) const noexcept;
+    bool sent_anything(KernelFacts const& kernel) const noexcept;
+    bool any_busy() const noexcept;
+    /// Forgets which tiles a kernel wakes: those that voted busy, and those with mail for it. `list_waking` adds them to `active_`.
+    void forget_waking(KernelFacts const& kernel) noexcept;
+    void list_waking(KernelFacts const& kernel) noexcept;
+    void flip(KernelFacts const& kernel) noexcept
+    {
+        for (auto const& use : links_of(kernel)) banks_[use.link].now ^= 1u;
+    }
+    /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
+    void run_on_team(Kernel const& kernel, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept;
+    /// Adds up what the threads counted in a superstep, and appends to the trace, if there is one. Returns the broken contracts. Throws the
+    /// exception of a sample, and std::bad_alloc.
+    Failure collect(StoreView const& store, RunState& run, Kernel const& kernel, Passed& passed);
+    /// One superstep on all tiles, or on the tiles that must run. Does nothing if no tile must run.
+    Passed superstep(StoreView const& store, RunState& run, Kernel const& kernel);
+    /// The sum of the digests of tiles begin..end-1.
+    std::uint64_t digest_of(StoreView const& store, std::uint32_t begin, std::uint32_t end) noexcept;
+
+    std::vector<std::uint32_t> slots_;               ///< places at which each tile's four outgoing ends are read
+    std::vector<std::uint32_t> wrapping_, dropping_; ///< these places for channels with these edges; empty without such a channel
+    std::vector<std::uint32_t> far_;                 ///< for channels that skip tiles
+    std::vector<Bank> banks_;                        ///< by channels
+    Rectangle rectangle_;                            ///< Superstep and Repeat run all of its tiles
+    detail::TileSet active_;
+    std::vector<std::uint32_t> tiles_;               ///< the tiles that run in this superstep, if not all do
+    detail::Shares shares_;
+    std::vector<WorkerState> workers_;
+    detail::Team team_;                              ///< last: its threads end before the objects that they use
+
+private:
+    void make_slots(StoreView const& store);
+    void make_bank(StoreView const& store, std::uint32_t link);
+    void append_sample(RunState& run, SuperstepSample&& s);
+};
+
+}}} // namespace tilemesh::engine
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/engine/detail/mesh_core_code.hpp>
+#endif
