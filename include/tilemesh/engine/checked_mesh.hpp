@@ -38,8 +38,6 @@ class CheckedMesh : public engine::TileStore<Program, true> {
     static_assert(is_machine<Machine>, "no machine (it has the members name, tiles, sram_bytes, code_bytes, workers and clock_khz, as "
                                        "Mk2 has); look for a misspelt one; a setup is not one: give its Machine");
     using Base = engine::TileStore<Program, true>;
-    using Run = engine::Run<Program, is_traced<Machine>>;
-    friend Run;
 
 public:
     using typename Base::Links;
@@ -114,12 +112,8 @@ public:
     RunCounters run()
     {
         this->view().require_capacities();
-        checker_.begin();
-        auto counters = run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
-            return checker_.peaks(this->view());
-        });
-        checker_.end();
-        return counters;
+        run_.begin<traced>(this->program_, this->shareds());
+        return checker_.run(this->view(), run_, steps(StepsOf<Program>{}), {options_.most_passes, options_.digest, options_.explain});
     }
 
 private:
@@ -174,21 +168,22 @@ private:
         to.tiles.push_back(engine::sample<Kernel>(source, tile));
         engine::sample_far<Kernel>(source, tile, to.far);
     }
-    template <class Kernel, bool All>
-    engine::Passed superstep()
+    template <class... Step>
+    engine::Checker::Steps steps(machine::Types<Step...>)
     {
-        engine::Checker::Kernel kernel{&engine::kernel_facts<Program, Kernel>, run_tile<Kernel>, nullptr, All, this};
-        if constexpr (traced) kernel.sample = sample_tile<Kernel>;
-        return checker_.superstep(this->view(), run_, kernel, {options_.check_quiet_tiles, rectangle_},
-                                  engine::program_facts<Program>.step[run_.step()].votes);
+        static constexpr Vote (*runs[])(void*, std::uint32_t, Worker) = {run_tile<KernelOf<Step>>..., nullptr};
+        engine::Checker::Steps all{&engine::program_facts<Program>, runs, nullptr, this, options_.check_quiet_tiles, rectangle_};
+        if constexpr (traced) {
+            static constexpr void (*samples[])(void*, std::uint32_t, SuperstepSample&) = {sample_tile<KernelOf<Step>>..., nullptr};
+            all.sample = samples;
+        }
+        return all;
     }
-    bool any_busy() const noexcept { return checker_.any_busy(); }
-    std::uint64_t digest_now() { return checker_.digest(this->view()); }
 
     Options options_;
     engine::Rectangle rectangle_; ///< Superstep and Repeat run all of its tiles
     engine::Checker checker_;
-    Run run_;
+    engine::RunState run_;
 };
 
 template <class Program, class Machine>

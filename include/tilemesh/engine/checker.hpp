@@ -28,16 +28,13 @@ public:
             return {heads[slot].data(), items.data() + slot * stride + guard_words_around, capacity};
         }
     };
-    /// A kernel of a mesh of known type.
-    struct Kernel {
-        KernelFacts const* facts;
-        Vote (*run)(void* mesh, std::uint32_t tile, Worker share);
+    /// The steps of a mesh of known type. `run` and `sample`: by steps.
+    struct Steps {
+        ProgramFacts const* program;
+        Vote (*const* run)(void* mesh, std::uint32_t tile, Worker share);
         /// Appends what the kernel did on a tile to the trace; null on a machine that is not Traced.
-        void (*sample)(void* mesh, std::uint32_t tile, SuperstepSample& to);
-        bool everywhere; ///< Superstep or Repeat
+        void (*const* sample)(void* mesh, std::uint32_t tile, SuperstepSample& to);
         void* mesh;
-    };
-    struct Limits {
         bool check_quiet_tiles;
         Rectangle rectangle; ///< Superstep and Repeat run all of its tiles
     };
@@ -49,18 +46,16 @@ public:
     /// Gives a channel ends of its present capacity.
     void make_end(StoreView const& store, std::uint32_t link);
     void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
-    /// Call it before a run, and `end` after it: throws Error if nobody ran, but somebody would have changed a word.
-    void begin();
-    void end() const;
-    std::vector<Peak> peaks(StoreView const& store) const { return list_peaks(store, state_peak_.data(), link_peak_.data()); }
-    bool any_busy() const noexcept;
-    std::uint64_t digest(StoreView const& store);
-    /// `votes`: do the tiles vote after this step?
-    Passed superstep(StoreView const& store, RunState const& run, Kernel const& kernel, Limits const& limits, bool votes);
+    /// Runs the program once; `run` has begun. Throws Error if nobody ran, but somebody would have changed a word.
+    RunCounters run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits);
 
 private:
     struct Step; // a superstep in progress
 
+    void begin();
+    bool any_busy() const noexcept;
+    std::uint64_t digest(StoreView const& store);
+    Passed superstep(StoreView const& store, RunState& run, Steps const& steps);
     bool unread(std::uint32_t link, std::uint32_t tile);
 
     std::vector<std::uint8_t> busy_[2];

@@ -55,8 +55,9 @@ struct KernelFacts {
 };
 
 struct StepFacts {
-    machine::Name kernel;
-    bool votes; ///< do tiles vote on another superstep or round?
+    KernelFacts const* kernel;
+    bool everywhere; ///< Superstep or Repeat
+    bool votes;      ///< do tiles vote on another superstep or round?
 };
 struct ProgramFacts {
     std::uint32_t steps, loops;
@@ -188,21 +189,6 @@ constexpr KernelTable<sizeof...(A), sizeof...(C)> kernel_table(machine::Types<A.
     if (differ) t.edge = Edge::reflect;
     return t;
 }
-template <std::uint32_t Steps, std::uint32_t Loops>
-struct ProgramTable {
-    StepFacts step[Steps + 1];
-    LoopAt loop[Loops + 1];
-};
-template <class Program, class... Step>
-constexpr ProgramTable<sizeof...(Step), StepTraits<Program>::loops> program_table(machine::Types<Step...>) noexcept
-{
-    ProgramTable<sizeof...(Step), StepTraits<Program>::loops> t{
-        {StepFacts{name_of<KernelOf<Step>>(), false}..., StepFacts{}}, {}};
-    for (std::uint32_t i = 0; i < sizeof...(Step); ++i) t.step[i].votes = votes_after<Program>(i);
-    [[maybe_unused]] auto const all = tilemesh::loops_of<Program>();
-    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) t.loop[l] = all.found[l];
-    return t;
-}
 template <std::uint32_t N>
 struct OperationsTable {
     OperationNames at[N + 1];
@@ -212,8 +198,6 @@ constexpr OperationsTable<sizeof...(Step)> operations_table(machine::Types<Step.
 {
     return {{operation_names<KernelOf<Step>>()..., OperationNames{}}};
 }
-template <class Program>
-inline constexpr auto program_table_of = program_table<Program>(StepsOf<Program>{});
 template <class K, class Needs>
 inline constexpr auto kernel_table_of =
     kernel_table<K, Needs>(typename KernelTraits<K>::Arguments{}, typename KernelTraits<K>::Links{});
@@ -226,9 +210,6 @@ inline constexpr auto link_table = detail::link_table<typename machine::Needs<Pr
 /// By steps, the names of the operations that a kernel counts. Only a trace has them.
 template <class Program>
 inline constexpr auto operations_of_steps = detail::operations_table(StepsOf<Program>{});
-template <class Program>
-inline constexpr ProgramFacts program_facts{StepsOf<Program>::count, StepTraits<Program>::loops, detail::program_table_of<Program>.step,
-                                            detail::program_table_of<Program>.loop};
 template <class Program, class K>
 inline constexpr KernelFacts kernel_facts{name_of<K>(),
                                           KernelTraits<K>::multi_worker,
@@ -238,5 +219,29 @@ inline constexpr KernelFacts kernel_facts{name_of<K>(),
                                           KernelTraits<K>::Links::count,
                                           detail::kernel_table_of<K, machine::Needs<Program>>.argument,
                                           detail::kernel_table_of<K, machine::Needs<Program>>.link};
+
+namespace detail {
+template <std::uint32_t Steps, std::uint32_t Loops>
+struct ProgramTable {
+    StepFacts step[Steps + 1];
+    LoopAt loop[Loops + 1];
+};
+template <class Program, class... Step>
+constexpr ProgramTable<sizeof...(Step), StepTraits<Program>::loops> program_table(machine::Types<Step...>) noexcept
+{
+    ProgramTable<sizeof...(Step), StepTraits<Program>::loops> t{
+        {StepFacts{&kernel_facts<Program, KernelOf<Step>>, StepTraits<Step>::everywhere, false}..., StepFacts{}}, {}};
+    for (std::uint32_t i = 0; i < sizeof...(Step); ++i) t.step[i].votes = votes_after<Program>(i);
+    [[maybe_unused]] auto const all = tilemesh::loops_of<Program>();
+    for (std::uint32_t l = 0; l < StepTraits<Program>::loops; ++l) t.loop[l] = all.found[l];
+    return t;
+}
+template <class Program>
+inline constexpr auto program_table_of = program_table<Program>(StepsOf<Program>{});
+} // namespace detail
+
+template <class Program>
+inline constexpr ProgramFacts program_facts{StepsOf<Program>::count, StepTraits<Program>::loops, detail::program_table_of<Program>.step,
+                                            detail::program_table_of<Program>.loop};
 
 }}} // namespace tilemesh::engine

@@ -39,8 +39,6 @@ class Mesh : public engine::TileStore<Program, false>, protected engine::MeshCor
                                        "Mk2 has); look for a misspelt one; a setup is not one: give its Machine");
     using Base = engine::TileStore<Program, false>;
     using Core = engine::MeshCore;
-    using Run = engine::Run<Program, is_traced<Machine>>;
-    friend Run;
 
 public:
     using typename Base::Links;
@@ -136,9 +134,8 @@ public:
     {
         this->view().require_capacities();
         this->begin_run();
-        return run_.all(*this, this->program_, this->grid_, {options_.most_passes, options_.digest, options_.explain}, [this] {
-            return Core::peaks(this->view());
-        });
+        run_.begin<traced>(this->program_, this->shareds());
+        return Core::run(this->view(), run_, steps(), limits());
     }
 
 protected: // for an engine that runs a part of the grid's rows
@@ -411,11 +408,14 @@ protected: // for an engine that runs a part of the grid's rows
     {
         static_cast<Mesh*>(mesh)->template run_tiles<Kernel>(w, tiles, n, together);
     }
-    template <class Kernel, bool All>
-    typename Core::Kernel kernel_of() noexcept
+    template <class... Step>
+    static typename Core::RunTiles const* runs_of(machine::Types<Step...>) noexcept
     {
-        return {&engine::kernel_facts<Program, Kernel>, run_tiles_of<Kernel>, this, All, engine::program_facts<Program>.step[run_.step()].votes};
+        static constexpr typename Core::RunTiles all[] = {run_tiles_of<KernelOf<Step>>..., nullptr};
+        return all;
     }
+    typename Core::Steps steps() noexcept { return {&engine::program_facts<Program>, runs_of(StepsOf<Program>{}), this}; }
+    engine::RunState::Limits limits() const noexcept { return {options_.most_passes, options_.digest, options_.explain}; }
     bool keeps_trace() const noexcept
     {
         if constexpr (traced)
@@ -423,15 +423,8 @@ protected: // for an engine that runs a part of the grid's rows
         else
             return false;
     }
-    template <class Kernel, bool All>
-    engine::Passed superstep()
-    {
-        return Core::superstep(this->view(), run_, kernel_of<Kernel, All>());
-    }
-    std::uint64_t digest_now() noexcept { return Core::digest_of(this->view(), 0, this->grid_.size()); }
-
     Options options_;
-    Run run_;
+    engine::RunState run_;
 };
 
 template <class Program, class Machine>

@@ -79,12 +79,12 @@ protected:
         void begin() noexcept;
     };
     /// Runs worker w's part of n tiles with a kernel: the listed tiles, or all tiles without a list.
-    struct Kernel {
-        KernelFacts const* facts;
-        void (*run)(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;
+    using RunTiles = void (*)(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;
+    /// The steps of a mesh of known type.
+    struct Steps {
+        ProgramFacts const* program;
+        RunTiles const* run; ///< by steps
         void* mesh;
-        bool everywhere; ///< Superstep or Repeat
-        bool votes;      ///< do tiles vote after this step?
     };
 
     MeshCore(StoreView const& store, std::uint32_t threads);
@@ -98,10 +98,12 @@ protected:
     static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
                                                "the bound, or let the sending kernel read the channel";
 
+    /// Begins a run, which `run` goes on with.
     void begin_run() noexcept
     {
         for (auto& w : workers_) w.begin();
     }
+    RunCounters run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits);
     std::vector<Peak> peaks(StoreView const& store) const;
     void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
     /// Throws the exception of the lowest thread of the team that has one.
@@ -142,12 +144,12 @@ protected:
         for (auto const& use : links_of(kernel)) banks_[use.link].now ^= 1u;
     }
     /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
-    void run_on_team(Kernel const& kernel, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept;
+    void run_on_team(Steps const& steps, std::uint32_t step, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept;
     /// Adds up what the threads counted in a superstep, and appends to the trace, if there is one. Returns the broken contracts. Throws the
     /// exception of a sample, and std::bad_alloc.
-    Failure collect(StoreView const& store, RunState& run, Kernel const& kernel, Passed& passed);
-    /// One superstep on all tiles, or on the tiles that must run. Does nothing if no tile must run.
-    Passed superstep(StoreView const& store, RunState& run, Kernel const& kernel);
+    Failure collect(StoreView const& store, RunState& run, StepFacts const& step, Passed& passed);
+    /// One superstep of the run's step on all tiles, or on the tiles that must run. Does nothing if no tile must run.
+    Passed superstep(StoreView const& store, RunState& run, Steps const& steps);
     /// The sum of the digests of tiles begin..end-1.
     std::uint64_t digest_of(StoreView const& store, std::uint32_t begin, std::uint32_t end) noexcept;
 

@@ -56,11 +56,11 @@ struct MeshSizes {
 };
 
 namespace engine {
-/// The slots of a list; 1 for a struct.
+/// The slots of a list or channel; 1 for a struct.
 template <class X, class Sizes>
 constexpr std::uint32_t slots_or_one([[maybe_unused]] Sizes const& sizes) noexcept
 {
-    if constexpr (is_list<X>)
+    if constexpr (is_list<X> || is_channel<X>)
         return capacity_of<X>(sizes);
     else
         return 1;
@@ -96,19 +96,20 @@ constexpr bool all_have_least_slots([[maybe_unused]] Sizes const& sizes, machine
 {
     return (has_least_slots<X>(sizes) && ...) && (has_least_slots<C>(sizes) && ...);
 }
-template <class X, class Sizes>
-void require_least_slots([[maybe_unused]] Sizes const& sizes)
+[[noreturn]] inline void refuse_slots(machine::Name list, std::uint32_t slots, std::uint32_t least)
 {
-    if constexpr (least_slots_of<X> != 0)
-        if (!has_least_slots<X>(sizes))
-            throw Error("list " + text(name_of<X>()) + " with " + std::to_string(capacity_of<X>(sizes)) + " slots (with fewer than " +
-                        std::to_string(least_slots_of<X>) + " its program makes no progress); give it more slots");
+    throw Error("list " + text(list) + " with " + std::to_string(slots) + " slots (with fewer than " + std::to_string(least) +
+                " its program makes no progress); give it more slots");
 }
 template <class Sizes, class... X>
 void require_least_slots([[maybe_unused]] Sizes const& sizes, machine::Types<X...>)
 {
-    (require_least_slots<X>(sizes), ...);
+    ((has_least_slots<X>(sizes) ? void() : refuse_slots(name_of<X>(), slots_or_one<X>(sizes), least_slots_of<X>)), ...);
 }
+/// The sizes of a program under a setup. They are computed by the compiler, so a program has no code for it.
+template <class Program, class Machine, class Setup>
+inline constexpr auto constant_sizes = plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename machine::Needs<Program>::States{},
+                                                            typename machine::Needs<Program>::Links{});
 } // namespace engine
 
 /// The sizes of a program under a setup, both known at compile time. A program that does not fit does not compile (`Tile`).
@@ -124,8 +125,7 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
     static_assert(all_have_least_slots,
                   "a list with fewer slots than its program needs to make progress (the least_slots of a region, as of a frame's FIFOs, say "
                   "how many); give it more slots");
-    return engine::plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename machine::Needs<Program>::States{},
-                                                typename machine::Needs<Program>::Links{});
+    return engine::constant_sizes<Program, Machine, Setup>;
 }
 
 /// The error sentence of `Tile` for a ledger that needs more than the machine's SRAM.

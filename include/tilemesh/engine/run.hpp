@@ -6,11 +6,10 @@
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/facts.hpp>
 #include <tilemesh/engine/not_quiet.hpp>
-#include <tilemesh/engine/stopwatch.hpp>
-#include <tilemesh/engine/store.hpp>
+#include <tilemesh/engine/store_view.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
@@ -27,7 +26,60 @@ struct Passed {
 /// The peaks of a store's lists, then of its channels. `items`: the most items that a list held, by states; `link_items`: by channels.
 std::vector<Peak> list_peaks(StoreView const& store, std::uint32_t const* items, std::uint32_t const* link_items);
 
-/// What a run knows without its program: the counters, the present step, the trace.
+/// A part of a program value, in the order in which the parts run. A Loop or a condition stands before its parts.
+struct Part {
+    enum class Kind : std::uint8_t { step, loop, condition };
+    Kind kind;
+    std::uint32_t number = 0;            ///< of the step or the Loop
+    std::uint32_t most = 0;              ///< passes of the step, rounds of the Loop
+    std::uint32_t end = 0;               ///< of a Loop or a condition: the number of the part behind its parts
+    std::uint32_t const* flag = nullptr; ///< of a condition: a word of a broadcast
+};
+/// Lists the parts of a program. `Shareds`: the tuple of its broadcasts.
+template <class Shareds>
+struct ListParts {
+    std::vector<Part>& parts;
+    Shareds const& shareds;
+
+    template <class Step>
+    void step(Step const& step, std::uint32_t i)
+    {
+        parts.push_back({Part::Kind::step, i, StepTraits<Step>::most(step)});
+    }
+    template <class P, class Body>
+    void loop(P const& part, LoopAt at, Body const& body)
+    {
+        body_of({Part::Kind::loop, at.index, part.at_most}, body);
+    }
+    template <class P, class Body>
+    void condition(P const&, Body const& body)
+    {
+        using Traits = StepTraits<P>;
+        body_of({Part::Kind::condition, 0, 0, 0, &(std::get<typename Traits::Parameters>(shareds).*Traits::flag)}, body);
+    }
+
+private:
+    template <class Body>
+    void body_of(Part const& part, Body const& body)
+    {
+        auto const at = parts.size();
+        parts.push_back(part);
+        body();
+        parts[at].end = static_cast<std::uint32_t>(parts.size());
+    }
+};
+
+/// What an engine does for a run. Each function gets `engine`.
+struct RunCalls {
+    void* engine;
+    Passed (*superstep)(void* engine, std::uint32_t step); ///< runs the step's kernel on the tiles that must run, then its exchange
+    bool (*any_busy)(void* engine);                        ///< did a tile vote busy in the superstep before?
+    std::uint64_t (*digest)(void* engine);
+    std::vector<Peak> (*peaks)(void* engine);              ///< those of the run
+};
+
+/// A run of a program: it interprets the program, counts, and knows the present step. Mesh and CheckedMesh share this class. Each has its
+/// own memory and exchange, so that each checks the other.
 class RunState {
 public:
     RunState();
@@ -56,104 +108,32 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
+    /// Begins a run: takes the memory that it needs before its first superstep. `Traced`: may it keep a trace? `shareds`: the tuple of the
+    /// program's broadcasts, whose flags the run reads later. Throws Error after a run that stopped on an error.
+    template <bool Traced, class Program, class Shareds>
+    void begin(Program const& program, Shareds const& shareds)
+    {
+        OperationNames const* operations = nullptr;
+        if constexpr (Traced) operations = operations_of_steps<Program>.at;
+        begin(program_facts<Program>, operations);
+        ListParts<Shareds> list{parts_, shareds};
+        walk(program, list);
+    }
+    /// Runs the program once. Exceptions of supersteps and observers, and `std::bad_alloc`, pass through. Throws `Error` for a step or Loop
+    /// that exceeds its limit. After an exception it refuses to run again.
+    RunCounters go_on(RunCalls const& calls, StoreView const& store, Limits const& limits);
 
-protected:
-    /// Takes the memory that a run needs before its first superstep. `operations`: by steps, if the run may keep a trace. Throws Error after
-    /// a run that stopped on an error.
+private:
+    struct Interpreter;
+
     void begin(ProgramFacts const& program, OperationNames const* operations);
-    /// Counts a superstep and calls the observer. `capacity_bytes`: of its exchange.
-    void count(Passed const& passed, std::uint64_t capacity_bytes, bool digest, std::uint64_t words);
-    /// The next round of a Loop begins. Throws Error if it is one too many.
-    void count_round(std::uint32_t loop, std::uint32_t round, Limits const& limits, Grid grid);
-    /// A step did `passes` passes. Throws Error if they are too many.
-    void check_passes(std::uint32_t passes, Limits const& limits, Grid grid) const;
-    GoesOn goes_on(Limits const& limits, Grid grid) const;
 
+    ProgramFacts const* program_ = nullptr;
+    std::vector<Part> parts_;
     RunCounters counters_;
     std::uint32_t step_ = 0;
     std::uint64_t pass_ = 0;
     bool broken_ = false;
-};
-
-/// A run of a program: it interprets the program. Mesh and CheckedMesh share this class. Each has its own memory and exchange, so that
-/// each checks the other. An engine supplies:
-///   Passed superstep<Kernel, everywhere>()    runs one kernel on the tiles that must run, then its exchange
-///   bool any_busy()                           did a tile vote busy in the superstep before?
-///   std::uint64_t digest_now()
-///   P const* shared<P>()
-///   StoreView view()
-template <class Program, bool Traced>
-class Run : public RunState {
-public:
-    /// Runs the program once. `peaks()` returns the peaks of the run. Exceptions of supersteps and observers, and `std::bad_alloc`, pass
-    /// through. Throws `Error` for a step or Loop that exceeds its limit. After an exception it refuses to run again.
-    template <class Engine, class Peaks>
-    RunCounters all(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
-    {
-        begin();
-        return go_on(engine, program, grid, limits, peaks);
-    }
-    /// `all` in two parts, for an engine that must know on all processes that a part did not throw: `begin` takes the memory that a run needs
-    /// before its first superstep, and `go_on` runs the program.
-    void begin()
-    {
-        if constexpr (Traced)
-            RunState::begin(program_facts<Program>, operations_of_steps<Program>.at);
-        else
-            RunState::begin(program_facts<Program>, nullptr);
-    }
-    template <class Engine, class Peaks>
-    RunCounters go_on(Engine& engine, Program const& program, Grid grid, Limits const& limits, Peaks const& peaks)
-    {
-        broken_ = true;
-        Interpreter<Engine> interpreter{*this, engine, grid, limits};
-        walk(program, interpreter);
-        counters_.peaks = peaks();
-        broken_ = false;
-        return std::move(counters_);
-    }
-
-private:
-    template <class Engine>
-    struct Interpreter {
-        Run& run;
-        Engine& engine;
-        Grid grid;
-        Limits limits;
-
-        template <class Step>
-        void step(Step const& step, std::uint32_t i)
-        {
-            using Kernel = KernelOf<Step>;
-            constexpr bool everywhere = StepTraits<Step>::everywhere;
-            run.step_ = i;
-            Stopwatch const stopwatch;
-            auto const most = StepTraits<Step>::most(step);
-            for (std::uint32_t n = 0; n < most;) {
-                auto const passed = engine.template superstep<Kernel, everywhere>();
-                if (!passed.ran) break;
-                run.count(passed, passed.sent ? engine.view().capacity_bytes(kernel_facts<Program, Kernel>) : 0, limits.digest,
-                          limits.digest ? engine.digest_now() : 0);
-                ++n;
-                if constexpr (!everywhere) run.check_passes(n, limits, grid);
-            }
-            run.counters_.steps[i].milliseconds += stopwatch.milliseconds();
-        }
-        template <class Part, class Body>
-        void loop(Part const& part, LoopAt at, Body const& body)
-        {
-            for (std::uint32_t n = 0; n < part.at_most && engine.any_busy(); ++n) {
-                run.count_round(at.index, n, limits, grid);
-                body();
-            }
-        }
-        template <class Part, class Body>
-        void condition(Part const&, Body const& body)
-        {
-            using Traits = StepTraits<Part>;
-            if (engine.template shared<typename Traits::Parameters>()->*Traits::flag != 0) body();
-        }
-    };
 };
 
 }}} // namespace tilemesh::engine

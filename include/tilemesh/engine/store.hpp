@@ -175,6 +175,7 @@ public:
     }
 
 protected:
+    auto const& shareds() const noexcept { return shared_; }
     static constexpr std::uint32_t guard_words = Guarded ? guard_words_around : 0;
     static constexpr std::uint32_t hot_stride = (state_table<Program, Guarded>.hot_words + 15u) & ~15u;
 

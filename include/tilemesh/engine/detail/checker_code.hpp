@@ -85,12 +85,6 @@ TILEMESH_HOST void Checker::begin()
     last_kernel_ = nullptr;
     would_run_.clear();
 }
-TILEMESH_HOST void Checker::end() const
-{
-    if (last_kernel_ == nullptr && !would_run_.empty())
-        throw Error("a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel would "
-                    "change a word); begin with Superstep<" + would_run_);
-}
 TILEMESH_HOST bool Checker::any_busy() const noexcept
 {
     auto const& busy = busy_[parity_];
@@ -115,14 +109,14 @@ struct Checker::Step {
     Checker& checker;
     StoreView const& store;
     RunState const& state;
-    Kernel const& kernel;
+    Steps const& steps;
+    KernelFacts const& facts;
 
     [[noreturn]] void fail(std::uint32_t tile, std::string const& what) const { throw state.failed(store.grid, tile, what); }
 
     // --- one tile -------------------------------------------------------------------------------------------------------
     Vote run(std::uint32_t tile) const
     {
-        auto const& facts = *kernel.facts;
         for (auto const& a : arguments_of(facts))
             if (a.kind == Kind::list && a.changes) {
                 auto& most = checker.most_[a.number];
@@ -134,9 +128,9 @@ struct Checker::Step {
         Vote vote = Vote::quiet;
         if (facts.multi_worker) { // runs the last worker first, because the order of workers must not matter
             auto const workers = store.machine->workers;
-            for (std::uint32_t w = workers; w-- > 0;) vote = kernel.run(kernel.mesh, tile, {w, workers});
+            for (std::uint32_t w = workers; w-- > 0;) vote = steps.run[state.step()](steps.mesh, tile, {w, workers});
         } else {
-            vote = kernel.run(kernel.mesh, tile, {0, 1});
+            vote = steps.run[state.step()](steps.mesh, tile, {0, 1});
         }
         detail::tilemesh_broken_contracts = nullptr; // an observer is not a kernel
         if (checker.broken_.count != 0) fail(tile, std::exchange(checker.broken_, {}).first);
@@ -152,7 +146,7 @@ struct Checker::Step {
     std::uint64_t list_sizes(std::uint32_t tile) const
     {
         std::uint64_t h = 0;
-        for (auto const& a : arguments_of(*kernel.facts)) h = mix(h, a.kind == Kind::list && a.changes ? store.place(a.number, tile).head[0] : 0);
+        for (auto const& a : arguments_of(facts)) h = mix(h, a.kind == Kind::list && a.changes ? store.place(a.number, tile).head[0] : 0);
         return h;
     }
     void check_end(std::uint32_t link, std::uint32_t tile) const
@@ -183,7 +177,7 @@ struct Checker::Step {
     {
         auto& before = checker.before_;
         before.clear();
-        for (auto const& a : arguments_of(*kernel.facts))
+        for (auto const& a : arguments_of(facts))
             if (a.changes) {
                 auto const p = store.place(a.number, tile);
                 if (a.kind == Kind::list) before.push_back(p.head[0]);
@@ -192,7 +186,7 @@ struct Checker::Step {
         QuietChange change;
         if (run(tile) == Vote::busy) change.kind = QuietChange::Kind::vote;
         std::uint32_t const* saved = before.data();
-        for (auto const& a : arguments_of(*kernel.facts)) {
+        for (auto const& a : arguments_of(facts)) {
             if (a.changes) saved = put_back(change, saved, tile, a);
             if (a.kind != Kind::out) continue;
             for (std::uint32_t side = 0; side < 4; ++side)
@@ -230,7 +224,7 @@ struct Checker::Step {
     // --- the exchange ---------------------------------------------------------------------------------------------------
     void measure(Passed& passed, std::uint32_t tile) const
     {
-        for (auto const& a : arguments_of(*kernel.facts)) {
+        for (auto const& a : arguments_of(facts)) {
             if (a.kind == Kind::list && a.changes) {
                 auto const p = store.place(a.number, tile);
                 auto& peak = checker.state_peak_[a.number];
@@ -289,30 +283,31 @@ struct Checker::Step {
     }
 };
 
-TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState const& run, Kernel const& kernel, Limits const& limits, bool votes)
+TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, Steps const& steps)
 {
-    auto const& facts = *kernel.facts;
-    Step const step{*this, store, run, kernel};
+    auto const& [kernel, everywhere, votes] = steps.program->step[run.step()];
+    auto const& facts = *kernel;
+    Step const step{*this, store, run, steps, facts};
     auto const tiles = store.grid.size();
     auto& busy = busy_[parity_];
     std::vector<std::uint8_t> runs(tiles, 0);
-    bool any = kernel.everywhere;
+    bool any = everywhere;
     for (std::uint32_t t = 0; t < tiles; ++t) {
-        bool due = (kernel.everywhere && limits.rectangle.contains(store.grid.tile(t))) || busy[t] != 0;
+        bool due = (everywhere && steps.rectangle.contains(store.grid.tile(t))) || busy[t] != 0;
         for (auto const& a : arguments_of(facts)) due = due || (a.kind == ArgumentFacts::Kind::in && unread(a.number, t));
         runs[t] = due;
         any = any || due;
     }
     if (!any) { // if the tiles voted quiet in this kernel, one pass more must change nothing on any of them
-        bool const look = limits.check_quiet_tiles && last_kernel_ == &facts;
-        bool const first = limits.check_quiet_tiles && last_kernel_ == nullptr; // nobody has voted
+        bool const look = steps.check_quiet_tiles && last_kernel_ == &facts;
+        bool const first = steps.check_quiet_tiles && last_kernel_ == nullptr; // nobody has voted
         for (std::uint32_t t = 0; look && t < tiles; ++t) step.require_quiet(t, false);
         for (std::uint32_t t = 0; first && would_run_.empty() && t < tiles; ++t)
             if (step.change_of(t)) would_run_ = text(facts.name) + "> [tile " + text(store.grid.tile(t)) + "]";
         return {};
     }
     SuperstepSample* sample = nullptr;
-    if (kernel.sample != nullptr && run.trace) {
+    if (run.trace) {
         run.trace->supersteps.push_back({run.step(), votes, store.capacity_a_side(facts), false, {}, facts.edge, store.absent_a_side(facts),
                                          facts.distance, {}});
         sample = &run.trace->supersteps.back();
@@ -327,11 +322,11 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState const& 
                                  "let the sending kernel read the channel");
     for (std::uint32_t t = 0; t < tiles; ++t) {
         if (runs[t] == 0) {
-            if (limits.check_quiet_tiles) step.require_quiet(t, kernel.everywhere);
+            if (steps.check_quiet_tiles) step.require_quiet(t, everywhere);
             continue;
         }
         busy_[parity_ ^ 1u][t] = step.run(t) == Vote::busy;
-        if (sample != nullptr) kernel.sample(kernel.mesh, t, *sample);
+        if (sample != nullptr) steps.sample[run.step()](steps.mesh, t, *sample);
         ++passed.tile_runs;
         step.measure(passed, t);
     }
@@ -342,6 +337,29 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState const& 
     parity_ ^= 1u;
     last_kernel_ = &facts;
     return passed;
+}
+TILEMESH_HOST RunCounters Checker::run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits)
+{
+    struct Own {
+        Checker& checker;
+        StoreView const& store;
+        RunState& run;
+        Steps const& steps;
+        static Own& of(void* own) noexcept { return *static_cast<Own*>(own); }
+    } own{*this, store, run, steps};
+    begin();
+    auto counters =
+        run.go_on({&own, [](void* o, std::uint32_t) { return Own::of(o).checker.superstep(Own::of(o).store, Own::of(o).run, Own::of(o).steps); },
+                   [](void* o) { return Own::of(o).checker.any_busy(); }, [](void* o) { return Own::of(o).checker.digest(Own::of(o).store); },
+                   [](void* o) {
+                       auto const& checker = Own::of(o).checker;
+                       return list_peaks(Own::of(o).store, checker.state_peak_.data(), checker.link_peak_.data());
+                   }},
+                  store, limits);
+    if (last_kernel_ == nullptr && !would_run_.empty())
+        throw Error("a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel would "
+                    "change a word); begin with Superstep<" + would_run_);
+    return counters;
 }
 
 }}} // namespace tilemesh::engine

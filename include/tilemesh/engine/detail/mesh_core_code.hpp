@@ -184,16 +184,18 @@ TILEMESH_HOST void MeshCore::list_waking(KernelFacts const& kernel) noexcept
             if (use.reads) active_.take(w.mail[use.link]);
     }
 }
-TILEMESH_HOST void MeshCore::run_on_team(Kernel const& kernel, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept
+TILEMESH_HOST void MeshCore::run_on_team(Steps const& steps, std::uint32_t step, std::uint32_t const* tiles, std::uint32_t n,
+                                         std::uint32_t most_alone) noexcept
 {
+    auto const run_tiles = steps.run[step];
     if (team_.size() > 1 && n > most_alone) {
         shares_.set(n);
-        team_.share([&](std::uint32_t w) noexcept { kernel.run(kernel.mesh, w, tiles, n, true); });
+        team_.share([&](std::uint32_t w) noexcept { run_tiles(steps.mesh, w, tiles, n, true); });
     } else {
-        kernel.run(kernel.mesh, 0, tiles, n, false);
+        run_tiles(steps.mesh, 0, tiles, n, false);
     }
 }
-TILEMESH_HOST MeshCore::Failure MeshCore::collect(StoreView const& store, RunState& run, Kernel const& kernel, Passed& passed)
+TILEMESH_HOST MeshCore::Failure MeshCore::collect(StoreView const& store, RunState& run, StepFacts const& step, Passed& passed)
 {
     Failure failure;
     for (auto& w : workers_) {
@@ -203,8 +205,8 @@ TILEMESH_HOST MeshCore::Failure MeshCore::collect(StoreView const& store, RunSta
         failure.add(w.failure);
     }
     if (run.trace) [[unlikely]]
-        append_sample(run, {run.step(), kernel.votes, store.capacity_a_side(*kernel.facts), passed.sent, {}, kernel.facts->edge,
-                            store.absent_a_side(*kernel.facts), kernel.facts->distance, {}});
+        append_sample(run, {run.step(), step.votes, store.capacity_a_side(*step.kernel), passed.sent, {}, step.kernel->edge,
+                            store.absent_a_side(*step.kernel), step.kernel->distance, {}});
     return failure;
 }
 /// Appends a superstep with the samples of all threads to the trace.
@@ -221,32 +223,48 @@ TILEMESH_HOST void MeshCore::append_sample(RunState& run, SuperstepSample&& s)
     std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
     run.trace->supersteps.push_back(std::move(s));
 }
-TILEMESH_HOST Passed MeshCore::superstep(StoreView const& store, RunState& run, Kernel const& kernel)
+TILEMESH_HOST Passed MeshCore::superstep(StoreView const& store, RunState& run, Steps const& steps)
 {
-    auto const& facts = *kernel.facts;
+    auto const& step = steps.program->step[run.step()];
+    auto const& facts = *step.kernel;
     auto n = store.grid.size();
-    bool const all = kernel.everywhere && rectangle_.covers(store.grid);
+    bool const all = step.everywhere && rectangle_.covers(store.grid);
     if (all) {
         forget_waking(facts);
     } else {
-        if (!kernel.everywhere && !any_busy() && !mail_to_read(facts)) return {};
+        if (!step.everywhere && !any_busy() && !mail_to_read(facts)) return {};
         list_waking(facts);
-        if (kernel.everywhere)
+        if (step.everywhere)
             for (auto y = rectangle_.y0; y < rectangle_.y1; ++y)
                 active_.insert(y * store.grid.width + rectangle_.x0, y * store.grid.width + rectangle_.x1);
         n = active_.list(tiles_.data());
     }
     auto const* const tiles = all ? nullptr : tiles_.data();
     if (sends_over_unread(facts)) throw run.failed(store.grid, 0, over_unread);
-    run_on_team(kernel, tiles, n, kernel.everywhere ? 1 : most_tiles_of_one_thread);
+    run_on_team(steps, run.step(), tiles, n, step.everywhere ? 1 : most_tiles_of_one_thread);
 
     Passed passed;
     passed.ran = true;
     passed.sent = sent_anything(facts);
     flip(facts);
-    auto const failure = collect(store, run, kernel, passed);
+    auto const failure = collect(store, run, step, passed);
     if (failure.count != 0) throw run.failed(store.grid, failure.tile, failure.text, failure.count);
     return passed;
+}
+TILEMESH_HOST RunCounters MeshCore::run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits)
+{
+    struct Own {
+        MeshCore& core;
+        StoreView const& store;
+        RunState& run;
+        Steps const& steps;
+        static Own& of(void* own) noexcept { return *static_cast<Own*>(own); }
+    } own{*this, store, run, steps};
+    return run.go_on({&own, [](void* o, std::uint32_t) { return Own::of(o).core.superstep(Own::of(o).store, Own::of(o).run, Own::of(o).steps); },
+                      [](void* o) { return Own::of(o).core.any_busy(); },
+                      [](void* o) { return Own::of(o).core.digest_of(Own::of(o).store, 0, Own::of(o).store.grid.size()); },
+                      [](void* o) { return Own::of(o).core.peaks(Own::of(o).store); }},
+                     store, limits);
 }
 TILEMESH_HOST std::uint64_t MeshCore::digest_of(StoreView const& store, std::uint32_t begin, std::uint32_t end) noexcept
 {

@@ -4,9 +4,11 @@
 #include <memory>
 #include <string>
 #include <tilemesh/engine/run.hpp>
+#include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/text.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
@@ -16,7 +18,7 @@ TILEMESH_HOST RunCounters begin_counters(ProgramFacts const& program)
     RunCounters counters;
     for (auto const& step : steps_of(program)) {
         counters.steps.emplace_back();
-        counters.steps.back().kernel = text(step.kernel);
+        counters.steps.back().kernel = text(step.kernel->name);
     }
     for (auto const& loop : loops_of(program)) counters.loops.push_back({loop.first, loop.last, 0});
     return counters;
@@ -34,7 +36,7 @@ TILEMESH_HOST Trace begin_trace(ProgramFacts const& program, OperationNames cons
 {
     Trace trace;
     for (auto const& step : steps_of(program)) {
-        trace.kernels.push_back(text(step.kernel));
+        trace.kernels.push_back(text(step.kernel->name));
         trace.operations.emplace_back(operations->begin, operations->begin + operations->size);
         ++operations;
     }
@@ -65,39 +67,85 @@ TILEMESH_HOST void RunState::make_room_for_digest()
 TILEMESH_HOST void RunState::begin(ProgramFacts const& program, OperationNames const* operations)
 {
     if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
+    program_ = &program;
+    parts_.clear();
     counters_ = begin_counters(program);
     if (trace) *trace = begin_trace(program, operations);
     step_ = 0;
     pass_ = 0;
 }
-TILEMESH_HOST void RunState::count(Passed const& passed, std::uint64_t capacity_bytes, bool digest, std::uint64_t words)
-{
-    auto& counters = counters_.steps[step_];
-    ++counters.passes;
-    counters.messages += passed.messages;
-    counters.tile_runs += passed.tile_runs;
-    counters.live_bytes += passed.live_bytes;
-    if (passed.sent) {
-        ++counters.exchanges;
-        counters.capacity_bytes += capacity_bytes;
+
+struct RunState::Interpreter {
+    RunState& run;
+    RunCalls const& calls;
+    StoreView const& store;
+    Limits const& limits;
+
+    /// Interprets the parts [first, last).
+    void parts(std::uint32_t first, std::uint32_t last) const
+    {
+        for (auto i = first; i < last;) {
+            auto const& part = run.parts_[i];
+            if (part.kind == Part::Kind::step) {
+                step(part);
+                ++i;
+                continue;
+            }
+            if (part.kind == Part::Kind::loop)
+                loop(part, i + 1);
+            else if (*part.flag != 0)
+                parts(i + 1, part.end);
+            i = part.end;
+        }
     }
-    if (digest) counters_.digests.push_back(words);
-    if (observer) observer({counters.kernel, step_, pass_, passed.messages, passed.tile_runs, words});
-    ++pass_;
-}
-TILEMESH_HOST GoesOn RunState::goes_on(Limits const& limits, Grid grid) const
+    void step(Part const& part) const
+    {
+        run.step_ = part.number;
+        Stopwatch const stopwatch;
+        bool const everywhere = run.program_->step[part.number].everywhere;
+        for (std::uint32_t n = 0; n < part.most && superstep();)
+            if (++n > limits.most_passes && !everywhere && limits.most_passes != 0) throw goes_on().not_quiet(part.number);
+        run.counters_.steps[part.number].milliseconds += stopwatch.milliseconds();
+    }
+    void loop(Part const& part, std::uint32_t first) const
+    {
+        auto& counters = run.counters_.loops[part.number];
+        for (std::uint32_t n = 0; n < part.most && calls.any_busy(calls.engine); ++n) {
+            if (n == limits.most_passes && limits.most_passes != 0) throw goes_on().not_done(counters);
+            ++counters.rounds;
+            if (run.trace) run.trace->loops = run.counters_.loops;
+            parts(first, part.end);
+        }
+    }
+    bool superstep() const
+    {
+        auto const passed = calls.superstep(calls.engine, run.step_);
+        if (!passed.ran) return false;
+        auto& counters = run.counters_.steps[run.step_];
+        ++counters.passes;
+        counters.messages += passed.messages;
+        counters.tile_runs += passed.tile_runs;
+        counters.live_bytes += passed.live_bytes;
+        if (passed.sent) {
+            ++counters.exchanges;
+            counters.capacity_bytes += store.capacity_bytes(*run.program_->step[run.step_].kernel);
+        }
+        std::uint64_t words = 0;
+        if (limits.digest) run.counters_.digests.push_back(words = calls.digest(calls.engine));
+        if (run.observer) run.observer({counters.kernel, run.step_, run.pass_, passed.messages, passed.tile_runs, words});
+        ++run.pass_;
+        return true;
+    }
+    GoesOn goes_on() const { return {run.kernel(), run.pass_ - 1, limits.most_passes, run.trace.get(), store.grid, limits.explain}; }
+};
+
+TILEMESH_HOST RunCounters RunState::go_on(RunCalls const& calls, StoreView const& store, Limits const& limits)
 {
-    return {kernel(), pass_ - 1, limits.most_passes, trace.get(), grid, limits.explain};
-}
-TILEMESH_HOST void RunState::check_passes(std::uint32_t passes, Limits const& limits, Grid grid) const
-{
-    if (passes > limits.most_passes && limits.most_passes != 0) throw goes_on(limits, grid).not_quiet(step_);
-}
-TILEMESH_HOST void RunState::count_round(std::uint32_t loop, std::uint32_t round, Limits const& limits, Grid grid)
-{
-    if (round == limits.most_passes && limits.most_passes != 0) throw goes_on(limits, grid).not_done(counters_.loops[loop]);
-    ++counters_.loops[loop].rounds;
-    if (trace) trace->loops = counters_.loops;
+    broken_ = true;
+    Interpreter{*this, calls, store, limits}.parts(0, static_cast<std::uint32_t>(parts_.size()));
+    counters_.peaks = calls.peaks(calls.engine);
+    broken_ = false;
+    return std::move(counters_);
 }
 
 }}} // namespace tilemesh::engine

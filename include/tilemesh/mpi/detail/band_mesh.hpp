@@ -47,9 +47,7 @@ struct ProgramDigest {
 template <class Program, class Machine>
 class BandMesh : public Mesh<Program, Machine> {
     using Base = Mesh<Program, Machine>;
-    using Run = engine::Run<Program, is_traced<Machine>>;
     using KernelFacts = engine::KernelFacts;
-    friend Run;
 
 public:
     using typename Base::Links;
@@ -103,7 +101,7 @@ public:
     {
         this->view().require_capacities();
         this->begin_run();
-        this->run_.begin();
+        this->run_.template begin<Base::traced>(this->program_, this->shareds());
         for (auto& side : sides_)
             if (side.remote) {
                 auto const words = most_words(side, StepsOf<Program>{});
@@ -121,19 +119,25 @@ public:
     RunCounters run_program()
     {
         busy_ = false;
-        auto const peaks_of_all = [this] {
-            std::vector<engine::Peak> peaks;
-            std::vector<std::uint64_t> items;
-            ranks_.together([&] {
-                peaks = engine::MeshCore::peaks(this->view());
-                for (auto const& p : peaks) items.push_back(p.items);
-            });
-            ranks_.most(items.data(), items.size());
-            for (std::size_t i = 0; i < peaks.size(); ++i) peaks[i].items = static_cast<std::uint32_t>(items[i]);
-            return peaks;
-        };
-        return this->run_.go_on(*this, this->program_, this->grid_,
-                                {this->options_.most_passes, this->options_.digest, Base::traced ? explain_elsewhere : nullptr}, peaks_of_all);
+        auto limits = this->limits();
+        limits.explain = Base::traced ? explain_elsewhere : nullptr;
+        return this->run_.go_on({this, [](void* band, std::uint32_t) { return static_cast<BandMesh*>(band)->superstep(); },
+                                 [](void* band) { return static_cast<BandMesh*>(band)->busy_; },
+                                 [](void* band) { return static_cast<BandMesh*>(band)->digest_now(); },
+                                 [](void* band) { return static_cast<BandMesh*>(band)->peaks_of_all(); }},
+                                this->view(), limits);
+    }
+    std::vector<engine::Peak> peaks_of_all()
+    {
+        std::vector<engine::Peak> peaks;
+        std::vector<std::uint64_t> items;
+        ranks_.together([&] {
+            peaks = engine::MeshCore::peaks(this->view());
+            for (auto const& p : peaks) items.push_back(p.items);
+        });
+        ranks_.most(items.data(), items.size());
+        for (std::size_t i = 0; i < peaks.size(); ++i) peaks[i].items = static_cast<std::uint32_t>(items[i]);
+        return peaks;
     }
     /// An observer for every rank if some rank has one: `mine` may be empty. Its exception on one rank is an Error on all.
     void observe_together(Observer const* mine)
@@ -326,7 +330,6 @@ private:
     }
 
     // --- one superstep --------------------------------------------------------------------------------------------------
-    bool any_busy() const noexcept { return busy_; }
     std::uint64_t digest_now()
     {
         auto digest = this->digest_of(this->view(), first_tile(), last_tile());
@@ -368,21 +371,17 @@ private:
         // Mail that went to another rank has marked its receiver in the row beyond.
         return {std::lower_bound(tiles, end, first_tile()), std::lower_bound(tiles, end, last_tile())};
     }
-    template <class Kernel, bool All>
     engine::Passed superstep()
     {
-        return superstep(this->template kernel_of<Kernel, All>());
-    }
-    engine::Passed superstep(engine::MeshCore::Kernel const& step)
-    {
-        auto const& kernel = *step.facts;
+        auto const& step = engine::program_facts<Program>.step[this->run_.step()];
+        auto const& kernel = *step.kernel;
         bool const everywhere = step.everywhere;
         if (!everywhere && !busy_ && !mail_to_read(kernel)) return {};
         if (sends_over_unread(kernel)) throw this->run_.failed(this->grid_, 0, Base::over_unread);
         auto const tiles = tiles_to_run(kernel, everywhere);
         std::uint32_t const most_alone = everywhere ? 1 : Base::most_tiles_of_one_thread;
         auto const run = [&](std::span<std::uint32_t const> some) {
-            if (!some.empty()) this->run_on_team(step, some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
+            if (!some.empty()) this->run_on_team(this->steps(), this->run_.step(), some.data(), static_cast<std::uint32_t>(some.size()), most_alone);
         };
 
         // The rows at open edges first: their messages travel while the other rows run.
