@@ -69,21 +69,18 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (is_channel<X>)
-            checker_.limit_link(this->view(), Base::template index_of_link<X>, items);
+            limit_link(Base::template index_of_link<X>, items);
         else
             this->view().limit_state(Base::template index_of_state<X>, items);
     }
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
-        return typename C::Receiver{incoming_place<C>(this->grid_.index_of(t), d)};
+        return typename C::Receiver{incoming_place(Base::template index_of_link<C>, this->grid_.index_of(t), d)};
     }
     /// See Mesh.
-    template <class C>
-    machine::Place incoming_place(std::uint32_t tile, Direction d) noexcept
-    {
-        return checker_.in[Base::template index_of_link<C>].at(4 * tile + index(d));
-    }
+    machine::Place incoming_place(std::uint32_t link, std::uint32_t tile, Direction d) noexcept { return checker_.in[link].at(4 * tile + index(d)); }
+    void limit_link(std::uint32_t link, std::uint32_t items) { checker_.limit_link(this->view(), link, items); }
     /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
     /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
     /// change no word, send nothing and vote quiet; CheckedMesh checks this. At first the rectangle is the whole grid. Throws Error for a

@@ -74,7 +74,7 @@ public:
     void limit(std::uint32_t items)
     {
         if constexpr (is_channel<X>)
-            Core::limit_link(this->view(), Base::template index_of_link<X>, items);
+            limit_link(Base::template index_of_link<X>, items);
         else
             this->view().limit_state(Base::template index_of_state<X>, items);
     }
@@ -84,15 +84,12 @@ public:
     template <class C>
     typename C::Receiver incoming(TileId t, Direction d) noexcept
     {
-        return typename C::Receiver{incoming_place<C>(this->grid_.index_of(t), d)};
+        return typename C::Receiver{incoming_place(Base::template index_of_link<C>, this->grid_.index_of(t), d)};
     }
 
-    /// As `incoming`, by the tile's index and as a place (engine/port.hpp).
-    template <class C>
-    machine::Place incoming_place(std::uint32_t tile, Direction d) noexcept
-    {
-        return Core::ends(Base::template index_of_link<C>).in(4 * tile + index(d));
-    }
+    /// As `incoming` and `limit`, with the number of a channel and of a tile (engine/port.hpp).
+    machine::Place incoming_place(std::uint32_t link, std::uint32_t tile, Direction d) noexcept { return Core::ends(link).in(4 * tile + index(d)); }
+    void limit_link(std::uint32_t link, std::uint32_t items) { Core::limit_link(this->view(), link, items); }
 
     /// From now on Superstep and Repeat run only the tiles of columns x0 to x1 - 1 and rows y0 to y1 - 1, and those other tiles that voted
     /// busy or have mail for the kernel. Idle tiles outside cost nothing. The caller promises that on the other tiles the kernels would
@@ -141,7 +138,6 @@ public:
 protected: // for an engine that runs a part of the grid's rows
     static constexpr bool traced = is_traced<Machine>;
     static constexpr std::uint32_t links = Links::count + 1;
-    static constexpr bool skips = distance_of(Links{}) != 1; ///< has the program a channel that skips tiles?
     static_assert(distance_of(Links{}) != 0, "channels that skip tiles by two distances in one program (a mesh has one table of their "
                                              "readers); give them one distance");
     using typename Core::Ends, typename Core::WorkerState;
@@ -374,25 +370,26 @@ protected: // for an engine that runs a part of the grid's rows
     // --- one superstep --------------------------------------------------------------------------------------------------
     /// Runs worker w's part of the n tiles: the listed tiles, or all tiles without a list.
     template <class Kernel>
-    void run_tiles(std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
+    static void run_tiles(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
     {
         using Arguments = typename KernelTraits<Kernel>::Arguments;
-        auto& me = this->workers_[w];
+        auto& self = *static_cast<Mesh*>(mesh);
+        auto& me = self.workers_[w];
         engine::detail::BrokenContracts broken;
         engine::detail::tilemesh_broken_contracts = &broken;
         auto* const peaks = me.state_peaks();
-        Source source{*this, me, me.mail.data(), peaks, peaks + States::count, {}, nullptr, 0, {0, 1}, keeps_trace(), {}};
-        for (std::uint32_t l = 0; l < links - 1; ++l) source.links_now[l] = Core::ends(l);
+        Source source{self, me, me.mail.data(), peaks, peaks + States::count, {}, nullptr, 0, {0, 1}, self.keeps_trace(), {}};
+        for (std::uint32_t l = 0; l < links - 1; ++l) source.links_now[l] = self.ends(l);
         std::uint32_t first = 0, last = n;
-        for (bool more = together ? shares_.take(w, first, last) : n != 0; more; more = together && shares_.take(w, first, last)) {
-            begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
+        for (bool more = together ? self.shares_.take(w, first, last) : n != 0; more; more = together && self.shares_.take(w, first, last)) {
+            self.begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
             for (auto i = first; i < last; ++i) {
-                if (i + 4 < last) prefetch_heads(source, tiles == nullptr ? i + 4 : tiles[i + 4], Arguments{});
-                if (i + 2 < last) prefetch(source, tiles == nullptr ? i + 2 : tiles[i + 2], Arguments{});
+                if (i + 4 < last) self.prefetch_heads(source, tiles == nullptr ? i + 4 : tiles[i + 4], Arguments{});
+                if (i + 2 < last) self.prefetch(source, tiles == nullptr ? i + 2 : tiles[i + 2], Arguments{});
                 if constexpr (KernelTraits<Kernel>::Links::count == 0)
-                    if (i + 1 < last) prefetch_lists(tiles == nullptr ? i + 1 : tiles[i + 1], Arguments{});
+                    if (i + 1 < last) self.prefetch_lists(tiles == nullptr ? i + 1 : tiles[i + 1], Arguments{});
                 auto const tile = tiles == nullptr ? i : tiles[i];
-                run_tile<Kernel>(source, tile);
+                self.template run_tile<Kernel>(source, tile);
                 if (broken.count != 0) [[unlikely]] {
                     me.failure.add({tile, broken.first, broken.count});
                     broken = {};
@@ -403,15 +400,10 @@ protected: // for an engine that runs a part of the grid's rows
         engine::detail::tilemesh_broken_contracts = nullptr; // the next function on this thread may not be a kernel
     }
 
-    template <class Kernel>
-    static void run_tiles_of(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept
-    {
-        static_cast<Mesh*>(mesh)->template run_tiles<Kernel>(w, tiles, n, together);
-    }
     template <class... Step>
     static typename Core::RunTiles const* runs_of(machine::Types<Step...>) noexcept
     {
-        static constexpr typename Core::RunTiles all[] = {run_tiles_of<KernelOf<Step>>..., nullptr};
+        static constexpr typename Core::RunTiles all[] = {run_tiles<KernelOf<Step>>..., nullptr};
         return all;
     }
     typename Core::Steps steps() noexcept { return {&engine::program_facts<Program>, runs_of(StepsOf<Program>{}), this}; }

@@ -51,17 +51,10 @@ public:
     {
     }
     RunCounters run() override { return mesh_.run(); }
-    machine::Place state_place(std::uint32_t state, std::uint32_t tile) noexcept override
-    {
-        machine::Place place{};
-        pick(typename Needs::States{}, state, [&]<class X>(machine::Tag<X>) { place = mesh_.template state_place<X>(tile); });
-        return place;
-    }
+    machine::Place state_place(std::uint32_t state, std::uint32_t tile) noexcept override { return mesh_.view().place(state, tile); }
     machine::Place incoming_place(std::uint32_t link, std::uint32_t tile, Direction side) noexcept override
     {
-        machine::Place place{};
-        pick(typename Needs::Links{}, link, [&]<class C>(machine::Tag<C>) { place = mesh_.template incoming_place<C>(tile, side); });
-        return place;
+        return mesh_.incoming_place(link, tile, side);
     }
     void* broadcast(std::uint32_t number) noexcept override
     {
@@ -72,14 +65,9 @@ public:
     Program& program() noexcept override { return mesh_.program(); }
     void limit_state(std::uint32_t state, std::uint32_t items) override
     {
-        pick(typename Needs::States{}, state, [&]<class X>(machine::Tag<X>) {
-            if constexpr (is_list<X>) mesh_.template limit<X>(items);
-        });
+        if (mesh_.view().states[state].list) mesh_.view().limit_state(state, items);
     }
-    void limit_link(std::uint32_t link, std::uint32_t items) override
-    {
-        pick(typename Needs::Links{}, link, [&]<class C>(machine::Tag<C>) { mesh_.template limit<C>(items); });
-    }
+    void limit_link(std::uint32_t link, std::uint32_t items) override { mesh_.limit_link(link, items); }
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1) override { mesh_.run_within(x0, y0, x1, y1); }
     void observe(Observer observer) override { mesh_.observe(std::move(observer)); }
     void on_threads(void (*f)(void const*, std::uint32_t, std::uint32_t), void const* self) override

@@ -154,6 +154,16 @@ public:
     /// The bytes of SRAM on a tile with the present capacities, including dynamic channels.
     std::uint64_t sram_bytes() const noexcept { return view().sram_bytes(); }
 
+    /// The store without the types of its program.
+    StoreView view() const noexcept
+    {
+        auto& own = const_cast<TileStore&>(*this); // the view of a const store is read alone
+        return {state_table<Program, Guarded>.at, States::count, link_table<Program>.at, Links::count, grid_, &sizes_.machine, sizes_.slots.data(),
+                sizes_.links.data(), sizes_.shares_memory.data(), sizes_.undigested.data(), sizes_.undigested_links.data(), sizes_.sram_bytes,
+                sizes_.wide, guard_words, hot_stride, &hot_, own.items_.data(), own.stride_.data(), own.capacity_.data(),
+                own.link_capacity_.data(), &shared_};
+    }
+
     TILEMESH_KERNEL TileId tile(std::uint32_t i) const noexcept { return grid_.tile(i); }
 
     template <class X>
@@ -178,15 +188,6 @@ protected:
     auto const& shareds() const noexcept { return shared_; }
     static constexpr std::uint32_t guard_words = Guarded ? guard_words_around : 0;
     static constexpr std::uint32_t hot_stride = (state_table<Program, Guarded>.hot_words + 15u) & ~15u;
-
-    StoreView view() const noexcept
-    {
-        auto& own = const_cast<TileStore&>(*this); // the view of a const store is read alone
-        return {state_table<Program, Guarded>.at, States::count, link_table<Program>.at, Links::count, grid_, &sizes_.machine, sizes_.slots.data(),
-                sizes_.links.data(), sizes_.shares_memory.data(), sizes_.undigested.data(), sizes_.undigested_links.data(), sizes_.sram_bytes,
-                sizes_.wide, guard_words, hot_stride, &hot_, own.items_.data(), own.stride_.data(), own.capacity_.data(),
-                own.link_capacity_.data(), &shared_};
-    }
 
     template <class X>
     static constexpr std::uint32_t find_state() noexcept

@@ -65,8 +65,6 @@ struct Trace {
 namespace engine {
 /// Replaces a trace if none is kept.
 struct NoTrace {};
-/// Replaces what a mesh keeps for channels that skip tiles, if its program has none.
-struct NothingFar {};
 
 /// The trace of a frame whose program ran once or several times: that of the mesh, or the runs one behind the other. It copies nothing
 /// unless there is a second run.
