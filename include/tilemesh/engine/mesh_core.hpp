@@ -92,18 +92,24 @@ protected:
     MeshCore(MeshCore const&) = delete;
     MeshCore& operator=(MeshCore const&) = delete;
 
-    /// Up to this many tiles, the thread that walks the program runs alone. To run a tile takes 20 ns to 1 us, and to involve another
+    /// Up to this many tiles, the thread that called run() runs alone. To run a tile takes 20 ns to 1 us, and to involve another
     /// thread takes 0.2 us. The words of the tiles may also have to come from the first thread's cache.
     static constexpr std::uint32_t most_tiles_of_one_thread = 8;
     static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
                                                "the bound, or let the sending kernel read the channel";
 
-    /// Begins a run, which `run` goes on with.
     void begin_run() noexcept
     {
         for (auto& w : workers_) w.begin();
     }
-    RunCounters run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits);
+    /// What a run needs of a mesh; it lives as long as the run. `calls` are the functions for it.
+    struct Running {
+        MeshCore& core;
+        StoreView const& store;
+        RunState& run;
+        Steps const& steps;
+    };
+    static RunCalls calls(Running& running) noexcept;
     std::vector<Peak> peaks(StoreView const& store) const;
     void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
     /// Throws the exception of the lowest thread of the team that has one.

@@ -72,10 +72,10 @@ private:
 /// What an engine does for a run. Each function gets `engine`.
 struct RunCalls {
     void* engine;
-    Passed (*superstep)(void* engine, std::uint32_t step); ///< runs the step's kernel on the tiles that must run, then its exchange
-    bool (*any_busy)(void* engine);                        ///< did a tile vote busy in the superstep before?
+    Passed (*superstep)(void* engine);        ///< runs the kernel of the run's present step on the tiles that must run, then its exchange
+    bool (*any_busy)(void* engine);           ///< did a tile vote busy in the superstep before?
     std::uint64_t (*digest)(void* engine);
-    std::vector<Peak> (*peaks)(void* engine);              ///< those of the run
+    std::vector<Peak> (*peaks)(void* engine); ///< those of the run
 };
 
 /// A run of a program: it interprets the program, counts, and knows the present step. Mesh and CheckedMesh share this class. Each has its
@@ -108,7 +108,7 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// Begins a run: takes the memory that it needs before its first superstep. `Traced`: may it keep a trace? `shareds`: the tuple of the
+    /// Begins a run: lists the program's parts, and takes the memory that the run needs before its first superstep. `Traced`: may it keep a trace? `shareds`: the tuple of the
     /// program's broadcasts, whose flags the run reads later. Throws Error after a run that stopped on an error.
     template <bool Traced, class Program, class Shareds>
     void begin(Program const& program, Shareds const& shareds)

@@ -39,7 +39,7 @@ struct Access {
     }
     /// Is the entry of a stored record the same in every view?
     static constexpr bool entries_last = false;
-    /// Do the tiles hold rows of a table in the memory of a host? Then kernels take the host's shortcuts, which give the same words.
+    /// Is there a host's shortcut? The kernels of homes then take it, with the same words.
     static constexpr bool on_host = false;
     /// Returns the frame's parameters for a loop that writes words. A host form returns a copy; without it the compiler would have to
     /// assume that a write changes the addresses in the parameters.

@@ -3,7 +3,8 @@
 #include <tilemesh/splat/number.hpp>
 #include <utility>
 
-/// Blends splats, front to back, into a cell of 8 x 4 pixels: the arithmetic `fast`. A batch of splats goes through three short loops:
+/// Blends splats, front to back, into a cell of 8 x 4 pixels: the arithmetic `fast`. A batch of splats goes through three short loops
+/// (`BlendPair`, for a target with more registers, has one):
 /// `start` (alpha of the first row, and the ratio of the second row to it), `weigh` (the recurrence down the rows, the cut, the stop,
 /// w = alpha T) and `colour` (C += w c). So the state that a loop changes stays in 16 registers, and turns of a loop overlap.
 ///

@@ -9,12 +9,6 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
-/// At most 32 cells, a rectangle of the frame's grid of cells: those that share one pass over the splats.
-struct CellWindow {
-    std::uint32_t column, row;     ///< the first cell's first pixel
-    std::uint32_t columns, bands;  ///< in cells; their product is at most 32
-    Camera const* camera;
-};
 /// The margins of the ellipse. `faintest` has 1 % of alpha; these are for its own rounding and for that of the recurrence.
 inline constexpr float power_margin = 1.0001f, pixel_margin = 0.01f;
 /// The distances of a needle's pixels consist of large terms. Their rounding, 2^-24 of the needle's half height, moves alpha by
@@ -337,18 +331,6 @@ private:
 };
 template <std::uint32_t Size>
 using ListsOf = std::conditional_t<(Size > 16), SwappedLists<Size>, ScannedLists<Size>>;
-
-/// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
-template <bool ByFour, std::uint32_t Size, class SplatAt>
-TILEMESH_KERNEL std::uint32_t fill(CellChunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
-{
-    std::uint32_t const most = n - begin < Size ? n - begin : Size;
-    std::uint32_t i = 0;
-    for (; ByFour && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
-    for (; i < most; ++i) chunk.take(i, at(begin + i));
-    for (i = most; i < (most + 7) / 8 * 8; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
-    return most;
-}
 
 }}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop

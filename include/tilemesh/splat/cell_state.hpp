@@ -98,6 +98,24 @@ struct alignas(vector_bytes) CellChunk {
     }
 };
 
+/// Fills a chunk with the splats from `begin` on, at most `Size` of n, and returns their number.
+template <bool ByFour, std::uint32_t Size, class SplatAt>
+TILEMESH_KERNEL std::uint32_t fill(CellChunk<Size>& chunk, std::uint32_t begin, std::uint32_t n, SplatAt const& at) noexcept
+{
+    std::uint32_t const most = n - begin < Size ? n - begin : Size;
+    std::uint32_t i = 0;
+    for (; ByFour && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
+    for (; i < most; ++i) chunk.take(i, at(begin + i));
+    for (i = most; i < (most + 7) / 8 * 8; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
+    return most;
+}
+
+/// At most 32 cells, a rectangle of the frame's grid of cells: those that share one pass over the splats.
+struct CellWindow {
+    std::uint32_t column, row;     ///< the first cell's first pixel
+    std::uint32_t columns, bands;  ///< in cells; their product is at most 32
+    Camera const* camera;
+};
 /// The state of a cell, row by row. Pixels that take no part are dead: their transmittance is negative. So is that of a pixel that has stopped
 /// before a term (StopBeforeCrossing).
 struct CellFields {

@@ -206,7 +206,7 @@ struct Project : ProjectOperations<S> {
 
 } // namespace kernel
 
-/// Begins a frame on a tile. In a new view it projects all records of the tile, marks the anchored records that must leave and the slots
+/// Begins a frame on a tile. In a new view it projects all records of the tile (by reference, the host has projected them), marks the anchored records that must leave and the slots
 /// that owe copies, and drops the copies whose footprint left the tile. If the view is that of the last frame, it only resets the counters.
 /// It votes busy if a record must leave or waits.
 ///

@@ -100,7 +100,7 @@ struct Factor {
         a = dot(row1, row1);
         c = dot(row2, row2);
         b = dot(row1, row2);
-        // v1 x v2|^2, computed from the rounded rows. So an error of a row is in a, in c and in the determinant alike, and alpha depends on
+        // |v1 x v2|^2, computed from the rounded rows. So an error of a row is in a, in c and in the determinant alike, and alpha depends on
         // their ratio. For a disc seen along its plane, a determinant with its own rounding has rho 56, this one 1.8.
         Vector3<A> const minor = cross(row1, row2);
         determinant = dot(minor, minor);

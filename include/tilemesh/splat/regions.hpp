@@ -120,7 +120,8 @@ struct Framebuffer : Buffer<Pixel> {
 template <class S>
 using Framebuffer = region::Framebuffer<typename S::Pixel>;
 
-/// The counters of a tile in a frame. In a new view, Project resets all of them except the last two. They are exact on every engine.
+/// The counters of a tile in a frame. Project resets all of them except the last two, and in an old view `visible` and
+/// `parked`. They are exact on every engine.
 struct Counts {
     static constexpr char const* name = "counters";
     std::uint32_t visible;       ///< anchored here or leaving, and with something on screen

@@ -8,6 +8,6 @@ using namespace tilemesh;
 [[gnu::flatten]] void project_tile(Here const& here, FrameParameters const& frame, Storage<minimal>& storage,
                                    Marks<minimal>& marks, Splats<minimal>& splats, Counts& counts) noexcept
 {
-    (void)splat::detail::begin_frame<minimal>(here, frame, storage, marks, splats, counts, {0, 0});
+    (void)splat::detail::begin_frame<minimal>(here, frame, storage, marks, splats, counts, {});
 }
 } // namespace leave_out

@@ -340,22 +340,21 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
 }
 TILEMESH_HOST RunCounters Checker::run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits)
 {
-    struct Own {
+    struct Running {
         Checker& checker;
         StoreView const& store;
         RunState& run;
         Steps const& steps;
-        static Own& of(void* own) noexcept { return *static_cast<Own*>(own); }
-    } own{*this, store, run, steps};
+    } running{*this, store, run, steps};
+    static constexpr auto of = [](void* engine) -> Running& { return *static_cast<Running*>(engine); };
     begin();
-    auto counters =
-        run.go_on({&own, [](void* o, std::uint32_t) { return Own::of(o).checker.superstep(Own::of(o).store, Own::of(o).run, Own::of(o).steps); },
-                   [](void* o) { return Own::of(o).checker.any_busy(); }, [](void* o) { return Own::of(o).checker.digest(Own::of(o).store); },
-                   [](void* o) {
-                       auto const& checker = Own::of(o).checker;
-                       return list_peaks(Own::of(o).store, checker.state_peak_.data(), checker.link_peak_.data());
-                   }},
-                  store, limits);
+    auto counters = run.go_on({&running, [](void* e) { return of(e).checker.superstep(of(e).store, of(e).run, of(e).steps); },
+                               [](void* e) { return of(e).checker.any_busy(); }, [](void* e) { return of(e).checker.digest(of(e).store); },
+                               [](void* e) {
+                                   auto const& checker = of(e).checker;
+                                   return list_peaks(of(e).store, checker.state_peak_.data(), checker.link_peak_.data());
+                               }},
+                              store, limits);
     if (last_kernel_ == nullptr && !would_run_.empty())
         throw Error("a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel would "
                     "change a word); begin with Superstep<" + would_run_);

@@ -251,20 +251,12 @@ TILEMESH_HOST Passed MeshCore::superstep(StoreView const& store, RunState& run, 
     if (failure.count != 0) throw run.failed(store.grid, failure.tile, failure.text, failure.count);
     return passed;
 }
-TILEMESH_HOST RunCounters MeshCore::run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits)
+TILEMESH_HOST RunCalls MeshCore::calls(Running& running) noexcept
 {
-    struct Own {
-        MeshCore& core;
-        StoreView const& store;
-        RunState& run;
-        Steps const& steps;
-        static Own& of(void* own) noexcept { return *static_cast<Own*>(own); }
-    } own{*this, store, run, steps};
-    return run.go_on({&own, [](void* o, std::uint32_t) { return Own::of(o).core.superstep(Own::of(o).store, Own::of(o).run, Own::of(o).steps); },
-                      [](void* o) { return Own::of(o).core.any_busy(); },
-                      [](void* o) { return Own::of(o).core.digest_of(Own::of(o).store, 0, Own::of(o).store.grid.size()); },
-                      [](void* o) { return Own::of(o).core.peaks(Own::of(o).store); }},
-                     store, limits);
+    static constexpr auto of = [](void* engine) -> Running& { return *static_cast<Running*>(engine); };
+    return {&running, [](void* e) { return of(e).core.superstep(of(e).store, of(e).run, of(e).steps); },
+            [](void* e) { return of(e).core.any_busy(); }, [](void* e) { return of(e).core.digest_of(of(e).store, 0, of(e).store.grid.size()); },
+            [](void* e) { return of(e).core.peaks(of(e).store); }};
 }
 TILEMESH_HOST std::uint64_t MeshCore::digest_of(StoreView const& store, std::uint32_t begin, std::uint32_t end) noexcept
 {

@@ -119,7 +119,7 @@ struct RunState::Interpreter {
     }
     bool superstep() const
     {
-        auto const passed = calls.superstep(calls.engine, run.step_);
+        auto const passed = calls.superstep(calls.engine);
         if (!passed.ran) return false;
         auto& counters = run.counters_.steps[run.step_];
         ++counters.passes;

@@ -121,7 +121,7 @@ public:
         busy_ = false;
         auto limits = this->limits();
         limits.explain = Base::traced ? explain_elsewhere : nullptr;
-        return this->run_.go_on({this, [](void* band, std::uint32_t) { return static_cast<BandMesh*>(band)->superstep(); },
+        return this->run_.go_on({this, [](void* band) { return static_cast<BandMesh*>(band)->superstep(); },
                                  [](void* band) { return static_cast<BandMesh*>(band)->busy_; },
                                  [](void* band) { return static_cast<BandMesh*>(band)->digest_now(); },
                                  [](void* band) { return static_cast<BandMesh*>(band)->peaks_of_all(); }},
