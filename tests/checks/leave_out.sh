@@ -5,7 +5,7 @@
 #      (a compiler that inlines the projection into either may spill another register);
 #   2. what a setup of one colour a record compiles to is the same to the byte where one with harmonics and planes stands beside it;
 #   3. no symbol of a feature is in the kernels of a setup without it, not even before the optimiser has looked, and none of a trace in
-#      the engines of a machine that keeps none (instructions.sh has the rest: the same bytes without what only a trace calls).
+#      the engines of a machine that keeps none, with the compiled library (instructions.sh has the rest: the same bytes without what only a trace calls).
 # Objects go to FOLDER. Prints the sizes of what it compared.
 set -eu
 export LC_ALL=C

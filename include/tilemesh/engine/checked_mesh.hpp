@@ -116,7 +116,6 @@ public:
 private:
     static constexpr bool traced = is_traced<Machine>;
 
-
     struct Source {
         CheckedMesh& mesh;
         std::uint32_t tile;
@@ -169,7 +168,7 @@ private:
     engine::Checker::Steps steps(machine::Types<Step...>)
     {
         static constexpr Vote (*runs[])(void*, std::uint32_t, Worker) = {run_tile<KernelOf<Step>>..., nullptr};
-        engine::Checker::Steps all{&engine::program_facts<Program>, runs, nullptr, this, options_.check_quiet_tiles, rectangle_};
+        engine::Checker::Steps all{&engine::program_facts<Program>, runs, nullptr, this, options_.check_quiet_tiles, &rectangle_};
         if constexpr (traced) {
             static constexpr void (*samples[])(void*, std::uint32_t, SuperstepSample&) = {sample_tile<KernelOf<Step>>..., nullptr};
             all.sample = samples;

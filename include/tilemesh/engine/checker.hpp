@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
+#include <tilemesh/engine/arena.hpp>
 #include <tilemesh/engine/contract.hpp>
 #include <tilemesh/engine/quiet_change.hpp>
 #include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/run.hpp>
 #include <tilemesh/engine/store_view.hpp>
+#include <tilemesh/engine/trace.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
@@ -17,7 +19,7 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 /// runs a kernel on a tile.
 class Checker {
 public:
-    /// One side of a channel on all tiles: {size, note, most items ever written, guard}, and guarded items for each slot.
+    /// One side of a channel on all tiles: {size, note, unused, guard}, and guarded items for each slot.
     struct Ends {
         std::vector<std::array<std::uint32_t, 4>> heads;
         Arena items;
@@ -36,7 +38,7 @@ public:
         void (*const* sample)(void* mesh, std::uint32_t tile, SuperstepSample& to);
         void* mesh;
         bool check_quiet_tiles;
-        Rectangle rectangle; ///< Superstep and Repeat run all of its tiles
+        Rectangle const* rectangle; ///< Superstep and Repeat run all of its tiles; an observer may change it
     };
 
     explicit Checker(StoreView const& store);

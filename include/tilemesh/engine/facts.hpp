@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/machine/either.hpp>
@@ -86,6 +87,11 @@ template <class X, bool Guarded>
 inline constexpr std::uint32_t hot_words = is_list<X> ? 2 + (Guarded ? 1 : 0) : lies_hot<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
 
 /// The first broadcast that is a B.
+template <class B, class All>
+B const& broadcast_like(All const&, machine::Types<>) noexcept
+{
+    static_assert(!sizeof(B*), "items whose WholeBy is no broadcast of this program (a digest of their wholes needs it); let a kernel take it");
+}
 template <class B, class First, class... P, class All>
 B const& broadcast_like(All const& all, machine::Types<First, P...>) noexcept
 {
@@ -140,6 +146,7 @@ constexpr StateTable<sizeof...(X)> state_table(machine::Types<X...>) noexcept
 template <class C, class Shareds, class Links>
 constexpr LinkFacts facts_of_link() noexcept
 {
+    static_assert(machine::contains<MemoryOf<C>, Links>, "memory_of names a channel that this program does not use");
     return {name_of<C>(), C::edge, C::sends_to, C::distance, C::Receiver::item_words, ends_in<C> + ends_out<C>,
             machine::index_in<MemoryOf<C>>(Links{}), mix_of<typename C::value_type>(Shareds{})};
 }

@@ -6,6 +6,7 @@
 #include <tilemesh/engine/mesh_options.hpp>
 #include <tilemesh/engine/mesh_tiles.hpp>
 #include <tilemesh/engine/port.hpp>
+#include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/run.hpp>
 #include <utility>
 

@@ -10,6 +10,7 @@
 #include <tilemesh/engine/store_view.hpp>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
+#include <tilemesh/engine/trace.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {

@@ -16,6 +16,8 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 /// The counters of a program that has not run: all zero.
 RunCounters begin_counters(ProgramFacts const& program);
+/// The empty trace of a run that has not begun. `operations`: by steps (operations_of_steps).
+Trace begin_trace(ProgramFacts const& program, OperationNames const* operations);
 
 /// The result of one superstep of an engine. All members are zero if no tile had to run.
 struct Passed {
@@ -108,8 +110,9 @@ public:
         bool digest;
         ExplainNotQuiet explain;
     };
-    /// Begins a run: lists the program's parts, and takes the memory that the run needs before its first superstep. `Traced`: may it keep a trace? `shareds`: the tuple of the
-    /// program's broadcasts, whose flags the run reads later. Throws Error after a run that stopped on an error.
+    /// Begins a run: lists the program's parts, and takes the memory that the run needs before its first superstep. `Traced`: may it keep a
+    /// trace? `shareds`: the tuple of the program's broadcasts, whose flags the run reads later. Throws Error after a run that stopped on an
+    /// error.
     template <bool Traced, class Program, class Shareds>
     void begin(Program const& program, Shareds const& shareds)
     {

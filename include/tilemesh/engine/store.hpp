@@ -1,17 +1,12 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <tilemesh/engine/arena.hpp>
-#include <tilemesh/engine/contract.hpp>
-#include <tilemesh/engine/digest.hpp>
+#include <tilemesh/engine/facts.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
-#include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/store_view.hpp>
-#include <tilemesh/engine/text.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/operations.hpp>
@@ -108,6 +103,7 @@ public:
 
     MachineSize const& machine() const noexcept { return sizes_.machine; }
     Grid grid() const noexcept { return grid_; }
+    /// The program, whose counts (passes of a step, rounds of a Loop) may be changed between runs.
     Program& program() noexcept { return program_; }
 
     /// Tile t's state X: a reference to a struct, or a view of a Buffer. Call it only between runs, or from an observer.

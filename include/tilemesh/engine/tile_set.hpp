@@ -7,7 +7,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 /// A set of tiles. It has one bit per tile, and one bit for each word of 64 tiles that is not zero. To go through the set costs its tiles,
-/// and one word for each 4,096 tiles of the grid. Sets of different threads share no cache line.
+/// and one word for each 4,096 tiles of the grid. Two objects share no cache line.
 class alignas(64) TileSet {
 public:
     explicit TileSet(std::uint32_t tiles = 0)

@@ -100,10 +100,6 @@ private:
     std::uint32_t runs_ = 0;
 };
 
-struct ProgramFacts;
-/// The empty trace of a run that has not begun. `operations`: by steps (operations_of_steps).
-Trace begin_trace(ProgramFacts const& program, OperationNames const* operations);
-
 /// Adds the bytes that the tile of `source` sent on a channel, without what an edge drops; does nothing for other parameters of a kernel.
 template <class Sample, class X, class Source>
 void add_sent(Sample&, Source&, X*) noexcept

@@ -175,8 +175,8 @@ constexpr OperationNames operation_names() noexcept
 }
 
 /// A machine on which engines keep a trace (engine/trace.hpp). In all other respects it is `Machine`. A setup selects it with `using
-/// Machine = Traced<Mk2>`. On other machines an engine has no instruction for traces where kernels
-/// run.
+/// Machine = Traced<Mk2>`. On other machines an engine has no instruction for traces where
+/// kernels run.
 template <class Machine>
 struct Traced : Machine {
     static constexpr bool traced = true;

@@ -11,7 +11,8 @@
 ///
 /// The machine moves values: records of 60 bytes or more, and each tile projects its own records. A host that simulates the machine has one
 /// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The same kernels run
-/// on both forms (splat/access.hpp; by reference, splat/references.hpp). Both forms have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
+/// on both forms (splat/access.hpp; by reference, splat/references.hpp). Both forms have the same capacities in slots, bytes on the wire,
+/// counters and pictures, bit for bit.
 ///
 /// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies

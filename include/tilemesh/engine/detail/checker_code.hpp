@@ -293,7 +293,7 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
     std::vector<std::uint8_t> runs(tiles, 0);
     bool any = everywhere;
     for (std::uint32_t t = 0; t < tiles; ++t) {
-        bool due = (everywhere && steps.rectangle.contains(store.grid.tile(t))) || busy[t] != 0;
+        bool due = (everywhere && steps.rectangle->contains(store.grid.tile(t))) || busy[t] != 0;
         for (auto const& a : arguments_of(facts)) due = due || (a.kind == ArgumentFacts::Kind::in && unread(a.number, t));
         runs[t] = due;
         any = any || due;

@@ -12,7 +12,7 @@ namespace detail {
 TILEMESH_HOST bool shade(scene::Map const& map, std::uint32_t row, splat::View const& view, splat::Splat& s) noexcept
 {
     auto const& g = map.gaussians[row];
-    float const* const harmonics = map.harmonics.data() + row * 3 * std::size_t{splat::harmonics_per_channel(map.sh_degree)};
+    float const* const harmonics = map.harmonics.data() + std::size_t{row} * 3 * splat::harmonics_per_channel(map.sh_degree);
     switch (map.sh_degree) {
     case 1:
         return splat::shade<1>(g, harmonics, view, s);
