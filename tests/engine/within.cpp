@@ -74,6 +74,17 @@ TEST_CASE("a tile outside that is not idle is caught by the checked engine")
     CHECK(has(text, "[tile (9, 6), superstep 0 (Count)]"));
 }
 
+TEST_CASE("an observer may set the rectangle anew: it holds from the next superstep on, on every engine")
+{
+    on_each<Counting, Bench>({6, 5}, [](auto& mesh) {
+        mesh.observe([&](SuperstepEvent const& event) {
+            if (event.pass == 1) mesh.run_within(0, 0, 6, 1);
+        });
+        CHECK(mesh.run().tile_runs() == 2 * 30 + 2 * 6);
+        mesh.observe(nullptr);
+    }, four);
+}
+
 TEST_CASE("the rectangle may be the whole grid, empty, and set anew; not beyond the grid")
 {
     on_each<Counting, Bench>({6, 5}, [](auto& mesh) {

@@ -9,7 +9,10 @@
 #include <poplar/Engine.hpp>
 #include <poplar/exceptions.hpp>
 #include <string>
+#include <tilemesh/engine/rectangle.hpp>
 #include <tilemesh/engine/run.hpp>
+#include <tilemesh/engine/store.hpp>
+#include <tilemesh/engine/text.hpp>
 #include <tilemesh/poplar/program_graph.hpp>
 #include <utility>
 #include <vector>
