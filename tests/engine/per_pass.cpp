@@ -267,6 +267,35 @@ TEST_CASE("wrong quiet votes: too early, and of senders that wait; a step for wh
     CHECK(refused<Sequence<Superstep<CountDown>, UntilQuiet<Stop<false>>>>().empty());       // the votes were about another kernel
 }
 
+namespace {
+
+struct Shout {
+    Vote operator()(In<Wire>, Out<Wire> out) const noexcept
+    {
+        out.to_all(1u);
+        return Vote::quiet;
+    }
+};
+struct Hear {
+    void operator()(Total& total, In<Wire> in, Out<Wire>) const noexcept
+    {
+        for (auto side : news)
+            for (auto word : in[side]) total.seen += word;
+    }
+};
+
+} // namespace
+
+TEST_CASE("what a kernel sends when it is only tried on a tile does not arrive")
+{
+    using Program = Sequence<UntilQuiet<Shout>, Repeat<Hear>>;
+    CheckedMesh<Program> mesh{Program{{}, {3}}, grid};
+    auto const run = mesh.run();
+    CHECK(run.steps[0].passes == 0);
+    CHECK(run.steps[1].exchanges == 0);
+    for (auto [tile, total] : mesh.states<Total>()) CHECK(total.seen == 0);
+}
+
 TEST_CASE("a run in which no tile runs, because nobody has voted, is an error if a pass would change a word")
 {
     std::string const text = "a run in which no tile ran (UntilQuiet runs the tiles that voted busy, and nobody had voted; another run of the kernel "

@@ -48,7 +48,7 @@ public:
     /// Gives a channel ends of its present capacity.
     void make_end(StoreView const& store, std::uint32_t link);
     void limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items);
-    /// Runs the program once; `run` has begun. Throws Error if nobody ran, but somebody would have changed a word.
+    /// Runs the program once. Call `RunState::begin` first. Throws Error if no tile ran, but a kernel would have changed a word of a tile.
     RunCounters run(StoreView const& store, RunState& run, Steps const& steps, RunState::Limits const& limits);
 
 private:
@@ -65,8 +65,8 @@ private:
     std::vector<std::uint32_t> state_peak_, link_peak_;
     std::vector<std::vector<std::uint32_t>> most_; ///< by states, then tiles: the items of a list that are not poisoned
     KernelFacts const* last_kernel_ = nullptr;     ///< of the superstep before; null at the start of a run
-    std::string would_run_;             ///< the first kernel that would have changed a word, had a tile run before anybody voted; its tile
-    std::vector<std::uint32_t> before_; ///< the words of a tile before the kernel ran on it, although it need not run
+    std::string would_run_;             ///< the first kernel that no tile ran, as nobody had voted, but that would have changed a word; the tile
+    std::vector<std::uint32_t> before_; ///< the states of a tile that need not run, saved before the kernel is tried on it
     detail::BrokenContracts broken_;
 };
 

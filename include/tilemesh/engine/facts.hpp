@@ -20,7 +20,7 @@ struct StateFacts {
     machine::Name name;
     std::uint32_t words;         ///< of a struct; 0: it is a list
     std::uint32_t item_words[2]; ///< of a list: of an item in the narrow and in the wide form
-    std::uint32_t hot_offset;    ///< where its head, or all of a small struct, lies among the hot words of its tile
+    std::uint32_t hot_offset;    ///< words: of a list's head, or of a small struct, in the tile's hot words (TileStore)
     bool list, small;            ///< small: a struct that lies among the hot words
     MixWhole mix;                ///< null: digests take the words of its items
 };
@@ -82,7 +82,8 @@ inline Items<LoopAt> loops_of(ProgramFacts const& p) noexcept { return {p.loop, 
 namespace detail {
 template <class X>
 inline constexpr bool lies_hot = !is_list<X> && sizeof(X) <= 64;
-/// The words of X among the heads and small structs of its tile. In a guarded store one guard word follows each.
+/// The number of hot words of X (TileStore): two for the head of a list, all words of a small struct, none for a large struct. In a guarded
+/// store, it includes one guard word for each head or small struct.
 template <class X, bool Guarded>
 inline constexpr std::uint32_t hot_words = is_list<X> ? 2 + (Guarded ? 1 : 0) : lies_hot<X> ? sizeof(X) / 4 + (Guarded ? 1 : 0) : 0;
 

@@ -54,8 +54,9 @@ protected:
     /// address of the messages.
     ///
     /// The messages that tiles send to one side follow one another in memory, in the order in which a thread runs the tiles. So a superstep
-    /// reads four streams and writes four, whose length is that of the live messages, for any capacity. A thread begins a stream for each
-    /// of its pieces of the tiles, at the place of the piece's first tile if every tile had room for its capacity.
+    /// reads and writes four streams, which are as long as the live messages, for any capacity. A thread takes the tiles in pieces, and
+    /// begins a new stream for each piece. The stream starts where the first tile of the piece would store its messages if every tile had
+    /// memory for the full capacity (`stride` words).
     struct Bank {
         Arena heads[2];
         Arena items[2];
@@ -79,7 +80,8 @@ protected:
         std::uint32_t* state_peaks() noexcept { return peaks.data() + line; }
         void begin() noexcept;
     };
-    /// Runs worker w's part of n tiles with a kernel: the listed tiles, or all tiles without a list.
+    /// Runs a kernel on n tiles: the tiles listed in `tiles`, or tiles 0..n-1 if `tiles` is null. `together`: thread w runs only its share;
+    /// otherwise thread w runs all n tiles.
     using RunTiles = void (*)(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;
     /// The steps of a mesh of known type.
     struct Steps {
@@ -93,8 +95,8 @@ protected:
     MeshCore(MeshCore const&) = delete;
     MeshCore& operator=(MeshCore const&) = delete;
 
-    /// Up to this many tiles, the thread that called run() runs alone. To run a tile takes 20 ns to 1 us, and to involve another
-    /// thread takes 0.2 us. The words of the tiles may also have to come from the first thread's cache.
+    /// In an UntilQuiet step, the thread that called run() runs up to this many tiles alone. Running a tile takes 20 ns to 1 us. Involving
+    /// another thread takes 0.2 us, and that thread may have to fetch the tiles' words from the first thread's cache.
     static constexpr std::uint32_t most_tiles_of_one_thread = 8;
     static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
                                                "the bound, or let the sending kernel read the channel";
@@ -121,7 +123,8 @@ protected:
         auto const& b = banks_[link];
         return {b.heads[b.now ^ 1u].data(), b.heads[b.now].data(), b.items[b.now].data(), b.stride, b.capacity};
     }
-    /// The place at which what a tile sends on a channel is read.
+    /// The number of the incoming end at which the messages that `tile` sends towards d are read. Numbers from 4 x tiles on belong to messages
+    /// that nobody reads.
     TILEMESH_KERNEL std::uint32_t slot(Edge edge, std::uint32_t distance, std::uint32_t tile, Direction d) const noexcept
     {
         auto const at = 4 * std::size_t{tile} + index(d);
@@ -132,8 +135,9 @@ protected:
     // --- a part of the grid's rows ---
     /// What a tile sent towards d in a superstep whose exchange has not flipped the banks yet.
     machine::Place sent(StoreView const& store, std::uint32_t link, std::uint32_t tile, Direction d) const noexcept;
-    /// Puts what a tile that runs elsewhere sent towards d where it is read, before the exchange flips the banks. `head`: size and note. No
-    /// stream of this mesh reaches the messages' place, because it is that of the other tile.
+    /// Delivers the messages that tile `from`, which another process runs, sent towards d. Call it before the exchange flips the banks.
+    /// `head`: size and note. The messages are copied into the memory of tile `from`. No stream of this mesh writes there, because this mesh
+    /// does not run that tile.
     void deliver(StoreView const& store, std::uint32_t link, std::uint32_t from, Direction d, std::uint32_t const* head,
                  std::uint32_t const* items) noexcept;
 

@@ -35,7 +35,7 @@ protected:
     static constexpr std::uint32_t links = Links::count + 1;
     static_assert(distance_of(Links{}) != 0, "channels that skip tiles by two distances in one program (a mesh has one table of their "
                                              "readers); give them one distance");
-    /// The source that this interpreter gives to run_kernel.
+    /// The `source` argument of run_kernel: it finds the states, channel ends and broadcasts of a tile.
     struct Source {
         MeshTiles& mesh;
         WorkerState& me;

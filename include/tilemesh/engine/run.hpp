@@ -122,8 +122,8 @@ public:
         ListParts<Shareds> list{parts_, shareds};
         walk(program, list);
     }
-    /// Runs the program once. Exceptions of supersteps and observers, and `std::bad_alloc`, pass through. Throws `Error` for a step or Loop
-    /// that exceeds its limit. After an exception it refuses to run again.
+    /// Runs the program once. Exceptions of supersteps and observers, and `std::bad_alloc`, pass through. Throws `Error` if an UntilQuiet or
+    /// a Loop exceeds `most_passes`. After any exception, the next `begin` throws `Error`.
     RunCounters go_on(RunCalls const& calls, StoreView const& store, Limits const& limits);
 
 private:

@@ -10,11 +10,12 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
-/// Guard words, which no kernel may touch, surround each region of a guarded store. Dead words are filled with the poison word: as a float
+/// No kernel may touch the guard words of a guarded store. Dead words are filled with the poison word: as a float
 /// it is a NaN, as an index it is out of range.
 inline constexpr std::uint32_t guard_word = 0x7fa0beefu;
 inline constexpr std::uint32_t poison_word = 0x7fa0dead;
-/// Of a guarded store, on each side of a region.
+/// The number of guard words before and after the items of a list or the words of a large struct, in a guarded store. A list's head and a
+/// small struct have one guard word, behind them.
 inline constexpr std::uint32_t guard_words_around = 4;
 
 /// A store without the types of its program: the tables of its states and channels, and where its words are. What a host does with a store
@@ -82,14 +83,15 @@ struct StoreView {
     std::uint64_t sram_bytes() const noexcept;
 
     void limit_state(std::uint32_t state, std::uint32_t items_at_most) const;
-    /// Limits a channel. `unread`: does it carry mail on any tile? Throws Error if it does, and for slots that do not fit.
+    /// Gives each end of a channel at most `at_most` slots. `unread`: has any tile unread mail of this channel? Throws Error if so, if the
+    /// layout has fewer slots, or if the tile would then need more than its SRAM.
     void limit_link(std::uint32_t link, std::uint32_t at_most, bool unread) const;
     /// Throws Error for a channel without slots.
     void require_capacities() const;
 
     /// The bytes that the compile-time exchange after a kernel moves from a tile to a neighbour, if every channel has that side.
     std::uint32_t capacity_a_side(KernelFacts const& kernel) const noexcept;
-    /// The part of these bytes that it does not move to each side, because channels lack it.
+    /// By sides: the bytes that `capacity_a_side` counts but the exchange does not move, because a channel does not send to that side.
     std::array<std::uint32_t, 4> absent_a_side(KernelFacts const& kernel) const noexcept;
     /// The bytes that this exchange moves on all sides of all tiles.
     std::uint64_t capacity_bytes(KernelFacts const& kernel) const noexcept;

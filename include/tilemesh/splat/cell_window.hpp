@@ -11,15 +11,16 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
-/// A cell checks whether all its pixels have stopped after `blended_between_looks` splats of its own. If its tally looks by groups, it also checks
-/// at the end of each group of the list, and then begins to count anew. So the pairs that are evaluated do not depend on the size of a chunk.
+/// After every `blended_between_looks` splats that a cell blends, it checks whether all its pixels have stopped. With `Tally::by_groups`, the cell
+/// also checks after every `splats_a_group` splats of the whole list, and then restarts its count. So the number of evaluated pairs does not
+/// depend on the size of a chunk.
 inline constexpr std::uint32_t splats_a_group = 128;
 
-/// Can two cells be blended at once? A tile's worker has no room for it.
+/// Can two cells be blended at once? Only with large chunks: a tile's worker has no memory for the lists of a second cell.
 template <std::uint32_t Size>
 inline constexpr bool pairs_cells = (Size > 16) && most_native_lanes == 2 * cell_width;
 
-/// The lists of a second cell, and of a cell and the second.
+/// `second`: the splats of the right cell. `both`: the splats of the left cell or the right cell.
 template <std::uint32_t Size, bool = pairs_cells<Size>>
 struct PairLists {
     typename ListsOf<Size>::Number second[Size + 8], both[Size + 8];

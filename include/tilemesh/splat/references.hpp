@@ -35,7 +35,8 @@ private:
     std::uint32_t words_[sizeof(T*) / 4] = {};
 };
 
-/// The changes to a record in a new view, as far as tiles need them. It is one byte, so that the table of a whole map stays in the caches
+/// The bits that tiles need of a record in a new view: is it visible, and what changed since the last view? They take one byte, so that the
+/// table of a whole map stays in the caches
 /// nearest to the processor.
 struct RowState {
     static constexpr std::uint8_t visible = 1;
@@ -76,7 +77,7 @@ struct TableParameters : FrameParameters {
     HostPointer<std::uint32_t const> depths; ///< bits of the depth as a float
     /// Valid for rows that moved: outside of this span, no tile had the record or a copy when this view began. A null pointer: unknown.
     HostPointer<TileSpan const> before;
-    /// By tiles: 0 if the tile's pixels show its splats in this frame (render/kept_pixels.hpp). A null pointer: every tile composites.
+    /// By tiles: 0 if the tile's pixels from the last run are still right, so that it does not composite (render/kept_pixels.hpp). A null pointer: every tile composites.
     HostPointer<std::uint8_t> stale;
 };
 

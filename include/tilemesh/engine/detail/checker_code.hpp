@@ -15,7 +15,7 @@
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 namespace detail {
-/// The end of a channel at which messages are read that a tile writes towards d.
+/// The tile and side that read the messages which tile t sends towards d. `delivered` is false if nobody reads them.
 TILEMESH_HOST ChannelReader reader_on(LinkFacts const& link, Grid grid, TileId t, Direction d) noexcept
 {
     if (link.distance != 1) {
@@ -171,8 +171,8 @@ struct Checker::Step {
     {
         if (auto const change = change_of(tile)) fail(tile, change.text(outside));
     }
-    /// What the kernel does on a tile that need not run. It is put back: the words that it may change are the states that it takes without
-    /// const.
+    /// Runs the kernel on a tile that need not run, and returns the first change that it makes. Then restores the states that the kernel
+    /// takes without const, and forgets what it sent.
     QuietChange change_of(std::uint32_t tile) const
     {
         auto& before = checker.before_;
@@ -189,9 +189,12 @@ struct Checker::Step {
         for (auto const& a : arguments_of(facts)) {
             if (a.changes) saved = put_back(change, saved, tile, a);
             if (a.kind != Kind::out) continue;
-            for (std::uint32_t side = 0; side < 4; ++side)
-                if (auto const p = checker.out[a.number].at(4 * tile + side); (p.head[0] | p.head[1]) != 0 && !change)
-                    change = {QuietChange::Kind::message, store.links[a.number].name, 0, 0, 0, 0};
+            for (std::uint32_t side = 0; side < 4; ++side) {
+                auto const p = checker.out[a.number].at(4 * tile + side);
+                if ((p.head[0] | p.head[1]) == 0) continue;
+                if (!change) change = {QuietChange::Kind::message, store.links[a.number].name, 0, 0, 0, 0};
+                detail::poison(p, store.links[a.number].item_words);
+            }
         }
         return change;
     }
