@@ -147,7 +147,7 @@ private:
 /// All tiles are in this process. A mesh over several processes has a Host of its own with the same members (render/ranks/host.hpp). There,
 /// "all tiles" are those of all processes, and in `step` they agree that none has failed.
 ///
-/// A frame is `view_of`, `build` if there is no mesh that fits, `begin_frame`, the renderer's own work, `run`, and `end_frame`. If an
+/// A frame is `view_of`, `build` if there is no mesh that fits, `begin_frame`, the renderer's own work, `run`, `picture`, and `end_frame`. If an
 /// exception comes between, the next frame begins without a mesh, because the host and the tiles may have different views.
 template <class MeshType, class Machine>
 class Host : public HostOfMesh<MeshType, Machine> {

@@ -126,7 +126,7 @@ struct Access {
     TILEMESH_KERNEL static constexpr bool knows_what_moved(Parameters const&) noexcept { return false; }
     TILEMESH_KERNEL static std::uint32_t moved(Parameters const&, Splat const&) noexcept { return 1; }
     TILEMESH_KERNEL static std::uint32_t was_visible(Parameters const&, Splat const&, std::uint32_t visible) noexcept { return visible; }
-    /// Did an anchored record begin or cease to touch this tile? `covered`: it touches the tile now.
+    /// May an anchored record have begun or ceased to touch this tile? `covered`: it touches the tile now.
     TILEMESH_KERNEL static bool coverage_changed(Here const& here, Parameters const& frame, Splat const& before, bool covered,
                                                  std::uint32_t) noexcept
     {

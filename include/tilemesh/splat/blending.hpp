@@ -137,7 +137,7 @@ PairCount blend_tile(PixelRect const& tile, Camera const& camera, Rules const& r
 }
 
 /// `blend_tile` for all workers of a tile, by one host thread. `counts[w]` gets the counts of worker w of `workers`. It goes through the
-/// splats once for 8 blocks or 32 cells, a whole tile of the paper's. Cost: 22 KiB of stack (`precise`), 50 KiB (`fast`; 58 KiB with depth).
+/// splats once for 8 blocks or 32 cells: one or more of the paper's tiles. Cost: 22 KiB of stack (`precise`), 50 KiB (`fast`; 58 KiB with depth).
 template <std::uint32_t Lanes = detail::lanes_in_use, class Pixel, class SplatAt>
 void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at,
                       Pixel* pixels, std::uint32_t stride_px, PairCount* counts, std::uint32_t workers) noexcept
@@ -146,7 +146,8 @@ void blend_whole_tile(PixelRect const& tile, Camera const& camera, Rules const& 
 }
 
 /// The blending that Composite uses. A setup may name another one (`S::Blending`). `tile` blends one worker's share, `whole` blends all
-/// shares on one host thread. `frame` holds the frame's parameters, which the host sent to the tiles.
+/// shares on one host thread. `frame` holds the frame's parameters, which the host sent to the tiles. In the compiled library, blending by
+/// reference is compiled once (render/host_form.hpp).
 struct BlendAsAsked {
     template <class Frame, class SplatAt, class Pixel>
     TILEMESH_KERNEL static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels,

@@ -408,8 +408,8 @@ struct BlendCell {
         return going;
     }
 };
-/// Blends the splats that `list` names, which have no bit of Special, into two cells side by side; `at` is the left one's place. Returns 1 if a
-/// pixel of the left cell goes on, plus 2 if one of the right cell does. One number more is read. The bits are those of BlendCell.
+/// Blends the splats that `list` names, which have no bit of Special but `clamped`, into two cells side by side; `at` is the left one's place.
+/// Returns 1 if a pixel of the left cell goes on, plus 2 if one of the right cell does. One number more is read. The bits are those of BlendCell.
 template <class Rule, class Stop>
 struct BlendPair {
     template <class Set, class AnyCell, std::uint32_t Size, class Number>

@@ -51,7 +51,7 @@ struct StopEachPixel {
 };
 /// A pixel stops before the splat that would take its transmittance below the limit, and does not blend that splat: Stop::before_crossing,
 /// the rule of 3D Gaussian Splatting. One rounding decides whether (tests/stability/opacity.cpp, rows 45 and 46). A stopped pixel keeps its
-/// transmittance with the sign turned in a block.
+/// transmittance with the sign turned in a block or a cell.
 struct StopBeforeCrossing {
     static constexpr bool each_pixel = true, drops_crossing = true;
 };

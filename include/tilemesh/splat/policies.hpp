@@ -164,7 +164,7 @@ struct Recomputed {
     }
 };
 
-// --- what bloom sends -----------------------------------------------------------------------------------------------------------
+// --- what bloom sends (by reference, the message is the reference: RunTimeCopies of render/host_form.hpp) ------------------------
 
 /// The message is the record: 60 bytes at degree 0. The receiver projects it and can keep it for the next view.
 struct WorldCopies {
