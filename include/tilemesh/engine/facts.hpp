@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/machine/either.hpp>
 #include <tilemesh/machine/operations.hpp>
@@ -50,9 +51,8 @@ struct KernelFacts {
     bool multi_worker;
     Edge edge;              ///< of the channels that it sends on; `reflect` if they differ
     std::uint32_t distance; ///< of its channels that skip tiles; 1: it has none
-    std::uint32_t arguments, links;
-    ArgumentFacts const* argument;
-    LinkUse const* link;
+    std::span<ArgumentFacts const> arguments;
+    std::span<LinkUse const> links;
 };
 
 struct StepFacts {
@@ -61,23 +61,34 @@ struct StepFacts {
     bool votes;      ///< do tiles vote on another superstep or round?
 };
 struct ProgramFacts {
-    std::uint32_t steps, loops;
-    StepFacts const* step;
-    LoopAt const* loop;
+    std::span<StepFacts const> steps;
+    std::span<LoopAt const> loops;
 };
 
-/// Items [0, n) of a table, for a loop.
-template <class T>
-struct Items {
-    T const* first;
-    std::uint32_t n;
-    T const* begin() const noexcept { return first; }
-    T const* end() const noexcept { return first + n; }
-};
-inline Items<ArgumentFacts> arguments_of(KernelFacts const& k) noexcept { return {k.argument, k.arguments}; }
-inline Items<LinkUse> links_of(KernelFacts const& k) noexcept { return {k.link, k.links}; }
-inline Items<StepFacts> steps_of(ProgramFacts const& p) noexcept { return {p.step, p.steps}; }
-inline Items<LoopAt> loops_of(ProgramFacts const& p) noexcept { return {p.loop, p.loops}; }
+// What an engine asks of a kernel's channels. `has_mail(link)`: does a channel carry mail that no kernel has read?
+template <class HasMail>
+bool mail_to_read(KernelFacts const& kernel, HasMail const& has_mail) noexcept
+{
+    for (auto const& use : kernel.links)
+        if (use.reads && has_mail(use.link)) return true;
+    return false;
+}
+template <class HasMail>
+bool sends_over_unread(KernelFacts const& kernel, HasMail const& has_mail) noexcept
+{
+    for (auto const& use : kernel.links)
+        if (use.writes && !use.reads && has_mail(use.link)) return true;
+    return false;
+}
+template <class HasMail>
+bool sent_anything(KernelFacts const& kernel, HasMail const& has_mail) noexcept
+{
+    for (auto const& use : kernel.links)
+        if (use.writes && has_mail(use.link)) return true;
+    return false;
+}
+inline constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or "
+                                           "let the sending kernel read the channel";
 
 namespace detail {
 template <class X>
@@ -223,10 +234,8 @@ inline constexpr KernelFacts kernel_facts{name_of<K>(),
                                           KernelTraits<K>::multi_worker,
                                           detail::kernel_table_of<K, machine::Needs<Program>>.edge,
                                           distance_of(typename KernelTraits<K>::Links{}),
-                                          KernelTraits<K>::Arguments::count,
-                                          KernelTraits<K>::Links::count,
-                                          detail::kernel_table_of<K, machine::Needs<Program>>.argument,
-                                          detail::kernel_table_of<K, machine::Needs<Program>>.link};
+                                          {detail::kernel_table_of<K, machine::Needs<Program>>.argument, KernelTraits<K>::Arguments::count},
+                                          {detail::kernel_table_of<K, machine::Needs<Program>>.link, KernelTraits<K>::Links::count}};
 
 namespace detail {
 template <std::uint32_t Steps, std::uint32_t Loops>
@@ -249,7 +258,7 @@ inline constexpr auto program_table_of = program_table<Program>(StepsOf<Program>
 } // namespace detail
 
 template <class Program>
-inline constexpr ProgramFacts program_facts{StepsOf<Program>::count, StepTraits<Program>::loops, detail::program_table_of<Program>.step,
-                                            detail::program_table_of<Program>.loop};
+inline constexpr ProgramFacts program_facts{{detail::program_table_of<Program>.step, StepsOf<Program>::count},
+                                            {detail::program_table_of<Program>.loop, StepTraits<Program>::loops}};
 
 }}} // namespace tilemesh::engine

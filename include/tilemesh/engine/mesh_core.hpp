@@ -98,8 +98,6 @@ protected:
     /// In an UntilQuiet step, the thread that called run() runs up to this many tiles alone. Running a tile takes 20 ns to 1 us. Involving
     /// another thread takes 0.2 us, and that thread may have to fetch the tiles' words from the first thread's cache.
     static constexpr std::uint32_t most_tiles_of_one_thread = 8;
-    static constexpr char const* over_unread = "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise "
-                                               "the bound, or let the sending kernel read the channel";
 
     void begin_run() noexcept
     {
@@ -143,16 +141,13 @@ protected:
 
     // --- one superstep ---
     bool has_mail(std::uint32_t link) const noexcept;
-    bool mail_to_read(KernelFacts const& kernel) const noexcept;
-    bool sends_over_unread(KernelFacts const& kernel) const noexcept;
-    bool sent_anything(KernelFacts const& kernel) const noexcept;
     bool any_busy() const noexcept;
     /// Forgets which tiles a kernel wakes: those that voted busy, and those with mail for it. `list_waking` adds them to `active_`.
     void forget_waking(KernelFacts const& kernel) noexcept;
     void list_waking(KernelFacts const& kernel) noexcept;
     void flip(KernelFacts const& kernel) noexcept
     {
-        for (auto const& use : links_of(kernel)) banks_[use.link].now ^= 1u;
+        for (auto const& use : kernel.links) banks_[use.link].now ^= 1u;
     }
     /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
     void run_on_team(Steps const& steps, std::uint32_t step, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept;

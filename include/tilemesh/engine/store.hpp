@@ -218,29 +218,11 @@ protected:
     {
         return 8 + n * message_bytes<C>();
     }
-    /// The words of an item of list X in the form in use.
-    template <class X>
-    std::uint32_t item_words() const noexcept
-    {
-        return machine::words_in_form<typename X::value_type>(sizes_.wide);
-    }
     /// The words of state X as one piece, including its head.
     template <class X>
     std::size_t words() const noexcept
     {
-        if constexpr (is_list<X>)
-            return X::head_words + std::size_t{most_slots<X>()} * item_words<X>();
-        else
-            return sizeof(X) / 4;
-    }
-    /// The slots with which the mesh was built. The store has memory for them.
-    template <class X>
-    std::uint32_t most_slots() const noexcept
-    {
-        if constexpr (is_channel<X>)
-            return sizes_.links[index_of_link<X>].slots;
-        else
-            return sizes_.slots[index_of_state<X>];
+        return view().words(index_of_state<X>);
     }
     /// The heads and small structs of a tile.
     TILEMESH_KERNEL std::uint32_t const* hot(std::uint32_t tile) const noexcept

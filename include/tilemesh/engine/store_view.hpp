@@ -64,6 +64,8 @@ struct StoreView {
     {
         return states[state].list ? std::size_t{slots[state]} * item_words(state) : states[state].words;
     }
+    /// The words of a state as one piece, including a list's head.
+    std::size_t words(std::uint32_t state) const noexcept { return (states[state].list ? 2 : 0) + region_words(state); }
     /// The live words of a tile's state.
     std::size_t live_words(std::uint32_t state, machine::Place const& at) const noexcept
     {

@@ -109,21 +109,22 @@ inline constexpr bool is_channel = false;
 template <class X>
 inline constexpr bool is_channel<X, std::void_t<decltype(X::is_channel)>> = true;
 
-/// The tile and the side at which channel C is read that tile t writes towards d. Nobody reads it if `delivered` is false.
+/// The tile and the side at which a channel is read that tile t writes towards d. Nobody reads it if `delivered` is false.
 struct ChannelReader {
     bool delivered;
     TileId tile;
     Direction side;
 };
+constexpr ChannelReader reader_of(Edge edge, std::uint32_t distance, Grid grid, TileId t, Direction d) noexcept
+{
+    if (distance == 1) return {grid.delivers(t, d, edge), grid.neighbour(t, d, edge), grid.arrival(t, d, edge)};
+    bool const delivered = grid.reaches(t, d, distance);
+    return {delivered, delivered ? grid.tile_at(t, d, distance) : t, opposite(d)};
+}
 template <class C>
 constexpr ChannelReader reader_of(Grid grid, TileId t, Direction d) noexcept
 {
-    if constexpr (C::distance != 1) {
-        bool const delivered = grid.reaches(t, d, C::distance);
-        return {delivered, delivered ? grid.tile_at(t, d, C::distance) : t, opposite(d)};
-    } else {
-        return {grid.delivers(t, d, C::edge), grid.neighbour(t, d, C::edge), grid.arrival(t, d, C::edge)};
-    }
+    return reader_of(C::edge, C::distance, grid, t, d);
 }
 /// The distance of the channels in a list that skip tiles; 1 if none does.
 template <class... C>

@@ -528,18 +528,11 @@ private:
     {
         trace_ = engine::begin_trace(engine::program_facts<Program>, engine::operations_of_steps<Program>.at);
         trace_.loops = counters.loops;
-        std::array<std::uint32_t, StepsOf<Program>::count + 1> capacity{};
-        std::array<Edge, StepsOf<Program>::count + 1> edge{};
-        std::array<std::array<std::uint32_t, 4>, StepsOf<Program>::count + 1> absent{};
-        for_each_step(built_, [&](auto const& step, std::uint32_t i) {
-            using Kernel = KernelOf<std::decay_t<decltype(step)>>;
-            auto const& kernel = engine::kernel_facts<Program, Kernel>;
-            capacity[i] = this->view().capacity_a_side(kernel);
-            edge[i] = kernel.edge;
-            absent[i] = this->view().absent_a_side(kernel);
-        });
+        auto const store = this->view();
         for (auto const* s = samples_.data(); s != samples_.data() + samples_.size();) {
-            SuperstepSample superstep{s->step, engine::program_facts<Program>.step[s->step].votes, capacity[s->step], false, {}, edge[s->step], absent[s->step]};
+            auto const& step = engine::program_facts<Program>.steps[s->step];
+            SuperstepSample superstep{s->step, step.votes, store.capacity_a_side(*step.kernel), false, {}, step.kernel->edge,
+                                      store.absent_a_side(*step.kernel)};
             for (std::uint32_t t = 0; t < this->grid_.size(); ++t, ++s) {
                 if (s->ran == 0) continue;
                 superstep.tiles.push_back({t, s->operations, {s->sent_bytes[0], s->sent_bytes[1], s->sent_bytes[2], s->sent_bytes[3]}});

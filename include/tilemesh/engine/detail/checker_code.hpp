@@ -15,15 +15,6 @@
 namespace tilemesh { inline namespace v0_2 { namespace engine {
 
 namespace detail {
-/// The tile and side that read the messages which tile t sends towards d. `delivered` is false if nobody reads them.
-TILEMESH_HOST ChannelReader reader_on(LinkFacts const& link, Grid grid, TileId t, Direction d) noexcept
-{
-    if (link.distance != 1) {
-        bool const delivered = grid.reaches(t, d, link.distance);
-        return {delivered, delivered ? grid.tile_at(t, d, link.distance) : t, opposite(d)};
-    }
-    return {grid.delivers(t, d, link.edge), grid.neighbour(t, d, link.edge), grid.arrival(t, d, link.edge)};
-}
 /// The list of this end is dead now.
 TILEMESH_HOST void poison(machine::Place const& end, std::uint32_t item_words) noexcept
 {
@@ -117,7 +108,7 @@ struct Checker::Step {
     // --- one tile -------------------------------------------------------------------------------------------------------
     Vote run(std::uint32_t tile) const
     {
-        for (auto const& a : arguments_of(facts))
+        for (auto const& a : facts.arguments)
             if (a.kind == Kind::list && a.changes) {
                 auto& most = checker.most_[a.number];
                 if (most.empty()) most.assign(store.grid.size(), 0);
@@ -137,7 +128,7 @@ struct Checker::Step {
         if (!store.guards_hold(tile))
             fail(tile, "a kernel wrote outside a region of its tile, or a size above its capacity (its guard words are gone); "
                        "use try_push and check indices");
-        for (auto const& use : links_of(facts)) check_end(use.link, tile);
+        for (auto const& use : facts.links) check_end(use.link, tile);
         if (facts.multi_worker && list_sizes(tile) != sizes)
             fail(tile, "a kernel that takes Worker changed the size of a list (one word, which all workers read); give it its size in a "
                        "superstep of one worker");
@@ -146,7 +137,7 @@ struct Checker::Step {
     std::uint64_t list_sizes(std::uint32_t tile) const
     {
         std::uint64_t h = 0;
-        for (auto const& a : arguments_of(facts)) h = mix(h, a.kind == Kind::list && a.changes ? store.place(a.number, tile).head[0] : 0);
+        for (auto const& a : facts.arguments) h = mix(h, a.kind == Kind::list && a.changes ? store.place(a.number, tile).head[0] : 0);
         return h;
     }
     void check_end(std::uint32_t link, std::uint32_t tile) const
@@ -177,7 +168,7 @@ struct Checker::Step {
     {
         auto& before = checker.before_;
         before.clear();
-        for (auto const& a : arguments_of(facts))
+        for (auto const& a : facts.arguments)
             if (a.changes) {
                 auto const p = store.place(a.number, tile);
                 if (a.kind == Kind::list) before.push_back(p.head[0]);
@@ -186,7 +177,7 @@ struct Checker::Step {
         QuietChange change;
         if (run(tile) == Vote::busy) change.kind = QuietChange::Kind::vote;
         std::uint32_t const* saved = before.data();
-        for (auto const& a : arguments_of(facts)) {
+        for (auto const& a : facts.arguments) {
             if (a.changes) saved = put_back(change, saved, tile, a);
             if (a.kind != Kind::out) continue;
             for (std::uint32_t side = 0; side < 4; ++side) {
@@ -227,7 +218,7 @@ struct Checker::Step {
     // --- the exchange ---------------------------------------------------------------------------------------------------
     void measure(Passed& passed, std::uint32_t tile) const
     {
-        for (auto const& a : arguments_of(facts)) {
+        for (auto const& a : facts.arguments) {
             if (a.kind == Kind::list && a.changes) {
                 auto const p = store.place(a.number, tile);
                 auto& peak = checker.state_peak_[a.number];
@@ -241,7 +232,7 @@ struct Checker::Step {
             if (a.kind != Kind::out) continue;
             for (Direction d : news) {
                 auto const n = checker.out[a.number].at(4 * tile + index(d)).head[0];
-                if (detail::reader_on(store.links[a.number], store.grid, store.grid.tile(tile), d).delivered) {
+                if (reader_of(store.links[a.number].edge, store.links[a.number].distance, store.grid, store.grid.tile(tile), d).delivered) {
                     passed.messages += n;
                     passed.live_bytes += std::uint64_t{n} * store.link_sizes[a.number].message_bytes;
                 }
@@ -261,7 +252,7 @@ struct Checker::Step {
         for (std::uint32_t s = 0; s < slots; ++s) {
             auto const from = checker.out[use.link].at(s);
             if ((from.head[0] | from.head[1]) == 0) continue;
-            auto const reader = detail::reader_on(link, store.grid, store.grid.tile(s / 4), news[s % 4]);
+            auto const reader = reader_of(link.edge, link.distance, store.grid, store.grid.tile(s / 4), news[s % 4]);
             if (reader.delivered) {
                 sent = true;
                 auto const to = checker.in[use.link].at(4 * store.grid.index_of(reader.tile) + index(reader.side));
@@ -288,7 +279,7 @@ struct Checker::Step {
 
 TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, Steps const& steps)
 {
-    auto const& [kernel, everywhere, votes] = steps.program->step[run.step()];
+    auto const& [kernel, everywhere, votes] = steps.program->steps[run.step()];
     auto const& facts = *kernel;
     Step const step{*this, store, run, steps, facts};
     auto const tiles = store.grid.size();
@@ -297,7 +288,7 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
     bool any = everywhere;
     for (std::uint32_t t = 0; t < tiles; ++t) {
         bool due = (everywhere && steps.rectangle->contains(store.grid.tile(t))) || busy[t] != 0;
-        for (auto const& a : arguments_of(facts)) due = due || (a.kind == ArgumentFacts::Kind::in && unread(a.number, t));
+        for (auto const& a : facts.arguments) due = due || (a.kind == ArgumentFacts::Kind::in && unread(a.number, t));
         runs[t] = due;
         any = any || due;
     }
@@ -317,12 +308,12 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
     }
     Passed passed;
     passed.ran = true;
-    for (auto const& use : links_of(facts))
-        if (use.writes && !use.reads)
-            for (std::uint32_t t = 0; t < tiles; ++t)
-                if (unread(use.link, t))
-                    step.fail(0, "a kernel sends on a channel with unread mail (a bound cut the step that reads it); raise the bound, or "
-                                 "let the sending kernel read the channel");
+    auto const mail = [&](std::uint32_t link) {
+        for (std::uint32_t t = 0; t < tiles; ++t)
+            if (unread(link, t)) return true;
+        return false;
+    };
+    if (sends_over_unread(facts, mail)) step.fail(0, over_unread);
     for (std::uint32_t t = 0; t < tiles; ++t) {
         if (runs[t] == 0) {
             if (steps.check_quiet_tiles) step.require_quiet(t, everywhere);
@@ -333,7 +324,7 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
         ++passed.tile_runs;
         step.measure(passed, t);
     }
-    for (auto const& use : links_of(facts)) passed.sent = step.exchange(use) || passed.sent;
+    for (auto const& use : facts.links) passed.sent = step.exchange(use) || passed.sent;
     if (sample != nullptr) sample->sent = passed.sent;
     step.check_shared_memory();
     std::fill(busy.begin(), busy.end(), std::uint8_t{0});

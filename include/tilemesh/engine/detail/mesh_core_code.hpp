@@ -144,24 +144,6 @@ TILEMESH_HOST bool MeshCore::has_mail(std::uint32_t link) const noexcept
         if (!w.mail[link].empty()) return true;
     return false;
 }
-TILEMESH_HOST bool MeshCore::mail_to_read(KernelFacts const& kernel) const noexcept
-{
-    for (auto const& use : links_of(kernel))
-        if (use.reads && has_mail(use.link)) return true;
-    return false;
-}
-TILEMESH_HOST bool MeshCore::sends_over_unread(KernelFacts const& kernel) const noexcept
-{
-    for (auto const& use : links_of(kernel))
-        if (use.writes && !use.reads && has_mail(use.link)) return true;
-    return false;
-}
-TILEMESH_HOST bool MeshCore::sent_anything(KernelFacts const& kernel) const noexcept
-{
-    for (auto const& use : links_of(kernel))
-        if (use.writes && has_mail(use.link)) return true;
-    return false;
-}
 TILEMESH_HOST bool MeshCore::any_busy() const noexcept
 {
     for (auto const& w : workers_)
@@ -172,7 +154,7 @@ TILEMESH_HOST void MeshCore::forget_waking(KernelFacts const& kernel) noexcept
 {
     for (auto& w : workers_) {
         w.busy.clear();
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (use.reads) w.mail[use.link].clear();
     }
 }
@@ -180,7 +162,7 @@ TILEMESH_HOST void MeshCore::list_waking(KernelFacts const& kernel) noexcept
 {
     for (auto& w : workers_) {
         active_.take(w.busy);
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (use.reads) active_.take(w.mail[use.link]);
     }
 }
@@ -225,14 +207,15 @@ TILEMESH_HOST void MeshCore::append_sample(RunState& run, SuperstepSample&& s)
 }
 TILEMESH_HOST Passed MeshCore::superstep(StoreView const& store, RunState& run, Steps const& steps)
 {
-    auto const& step = steps.program->step[run.step()];
+    auto const& step = steps.program->steps[run.step()];
     auto const& facts = *step.kernel;
+    auto const mail = [&](std::uint32_t link) { return has_mail(link); };
     auto n = store.grid.size();
     bool const all = step.everywhere && rectangle_.covers(store.grid);
     if (all) {
         forget_waking(facts);
     } else {
-        if (!step.everywhere && !any_busy() && !mail_to_read(facts)) return {};
+        if (!step.everywhere && !any_busy() && !mail_to_read(facts, mail)) return {};
         list_waking(facts);
         if (step.everywhere)
             for (auto y = rectangle_.y0; y < rectangle_.y1; ++y)
@@ -240,12 +223,12 @@ TILEMESH_HOST Passed MeshCore::superstep(StoreView const& store, RunState& run, 
         n = active_.list(tiles_.data());
     }
     auto const* const tiles = all ? nullptr : tiles_.data();
-    if (sends_over_unread(facts)) throw run.failed(store.grid, 0, over_unread);
+    if (sends_over_unread(facts, mail)) throw run.failed(store.grid, 0, over_unread);
     run_on_team(steps, run.step(), tiles, n, step.everywhere ? 1 : most_tiles_of_one_thread);
 
     Passed passed;
     passed.ran = true;
-    passed.sent = sent_anything(facts);
+    passed.sent = sent_anything(facts, mail);
     flip(facts);
     auto const failure = collect(store, run, step, passed);
     if (failure.count != 0) throw run.failed(store.grid, failure.tile, failure.text, failure.count);

@@ -16,11 +16,11 @@ namespace tilemesh { inline namespace v0_2 { namespace engine {
 TILEMESH_HOST RunCounters begin_counters(ProgramFacts const& program)
 {
     RunCounters counters;
-    for (auto const& step : steps_of(program)) {
+    for (auto const& step : program.steps) {
         counters.steps.emplace_back();
         counters.steps.back().kernel = text(step.kernel->name);
     }
-    for (auto const& loop : loops_of(program)) counters.loops.push_back({loop.first, loop.last, 0});
+    for (auto const& loop : program.loops) counters.loops.push_back({loop.first, loop.last, 0});
     return counters;
 }
 TILEMESH_HOST std::vector<Peak> list_peaks(StoreView const& store, std::uint32_t const* items, std::uint32_t const* link_items)
@@ -35,12 +35,12 @@ TILEMESH_HOST std::vector<Peak> list_peaks(StoreView const& store, std::uint32_t
 TILEMESH_HOST Trace begin_trace(ProgramFacts const& program, OperationNames const* operations)
 {
     Trace trace;
-    for (auto const& step : steps_of(program)) {
+    for (auto const& step : program.steps) {
         trace.kernels.push_back(text(step.kernel->name));
         trace.operations.emplace_back(operations->begin, operations->begin + operations->size);
         ++operations;
     }
-    for (auto const& loop : loops_of(program)) trace.loops.push_back({loop.first, loop.last, 0});
+    for (auto const& loop : program.loops) trace.loops.push_back({loop.first, loop.last, 0});
     return trace;
 }
 
@@ -102,7 +102,7 @@ struct RunState::Interpreter {
     {
         run.step_ = part.number;
         Stopwatch const stopwatch;
-        bool const everywhere = run.program_->step[part.number].everywhere;
+        bool const everywhere = run.program_->steps[part.number].everywhere;
         for (std::uint32_t n = 0; n < part.most && superstep();)
             if (++n > limits.most_passes && !everywhere && limits.most_passes != 0) throw goes_on().not_quiet(part.number);
         run.counters_.steps[part.number].milliseconds += stopwatch.milliseconds();
@@ -128,7 +128,7 @@ struct RunState::Interpreter {
         counters.live_bytes += passed.live_bytes;
         if (passed.sent) {
             ++counters.exchanges;
-            counters.capacity_bytes += store.capacity_bytes(*run.program_->step[run.step_].kernel);
+            counters.capacity_bytes += store.capacity_bytes(*run.program_->steps[run.step_].kernel);
         }
         std::uint64_t words = 0;
         if (limits.digest) run.counters_.digests.push_back(words = calls.digest(calls.engine));

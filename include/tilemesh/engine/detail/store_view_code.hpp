@@ -46,8 +46,7 @@ TILEMESH_HOST void StoreView::make() const
 {
     for (std::uint32_t i = 0; i < state_count; ++i) {
         auto const& x = states[i];
-        auto const words = x.list ? 2 + region_words(i) : x.words;
-        strides[i] = ((words + 2 * guard_words + 15u) & ~std::size_t{15}) | 16u; // an odd number of cache lines: neighbours fall on different sets
+        strides[i] = ((words(i) + 2 * guard_words + 15u) & ~std::size_t{15}) | 16u; // an odd number of cache lines: neighbours fall on different sets
         std::size_t const slack = guard_words != 0 && x.list ? item_words(i) : 0; // room for one item past the last region
         if (!x.small) items[i] = Arena(std::uint64_t{grid.size()} * strides[i] + slack);
     }
@@ -56,17 +55,17 @@ TILEMESH_HOST void StoreView::make() const
     constexpr std::size_t poisoned_at_once = std::size_t{64} << 18; // words: 64 MiB; in a larger region only dead words are poisoned
     for (std::uint32_t i = 0; i < state_count; ++i) {
         auto const& x = states[i];
-        auto const words = region_words(i);
-        bool const fill = x.list && std::size_t{grid.size()} * words <= poisoned_at_once;
+        auto const own = region_words(i);
+        bool const fill = x.list && std::size_t{grid.size()} * own <= poisoned_at_once;
         for (std::uint32_t tile = 0; tile < grid.size(); ++tile) {
             auto const p = place(i, tile);
             if (x.list) p.head[2] = guard_word;
             if (x.small) {
-                p.items[words] = guard_word;
+                p.items[own] = guard_word;
                 continue;
             }
-            for (std::uint32_t g = 0; g < guard_words; ++g) (p.items - guard_words)[g] = p.items[words + g] = guard_word;
-            if (fill) std::fill(p.items, p.items + words, poison_word);
+            for (std::uint32_t g = 0; g < guard_words; ++g) (p.items - guard_words)[g] = p.items[own + g] = guard_word;
+            if (fill) std::fill(p.items, p.items + own, poison_word);
         }
     }
 }
@@ -75,13 +74,13 @@ TILEMESH_HOST bool StoreView::guards_hold(std::uint32_t tile) const noexcept
     for (std::uint32_t i = 0; i < state_count; ++i) {
         auto const& x = states[i];
         auto const p = place(i, tile);
-        auto const words = region_words(i);
+        auto const own = region_words(i);
         if (x.small) {
-            if (p.items[words] != guard_word) return false;
+            if (p.items[own] != guard_word) return false;
             continue;
         }
         bool ok = !x.list || (p.head[2] == guard_word && p.head[0] <= p.capacity);
-        for (std::size_t g = 0; g < guard_words; ++g) ok = ok && p.items[words + g] == guard_word && (p.items - guard_words)[g] == guard_word;
+        for (std::size_t g = 0; g < guard_words; ++g) ok = ok && p.items[own + g] == guard_word && (p.items - guard_words)[g] == guard_word;
         if (!ok) return false;
     }
     return true;
@@ -170,14 +169,14 @@ TILEMESH_HOST void StoreView::require_capacities() const
 TILEMESH_HOST std::uint32_t StoreView::capacity_a_side(KernelFacts const& kernel) const noexcept
 {
     std::uint32_t bytes = 0;
-    for (auto const& use : links_of(kernel))
+    for (auto const& use : kernel.links)
         if (use.writes) bytes += end_bytes(use.link, link_capacities[use.link]);
     return bytes;
 }
 TILEMESH_HOST std::array<std::uint32_t, 4> StoreView::absent_a_side(KernelFacts const& kernel) const noexcept
 {
     std::array<std::uint32_t, 4> bytes{};
-    for (auto const& use : links_of(kernel))
+    for (auto const& use : kernel.links)
         if (use.writes)
             for (Direction d : news)
                 if (!contains(links[use.link].sends_to, d)) bytes[index(d)] += end_bytes(use.link, link_capacities[use.link]);
@@ -186,7 +185,7 @@ TILEMESH_HOST std::array<std::uint32_t, 4> StoreView::absent_a_side(KernelFacts 
 TILEMESH_HOST std::uint64_t StoreView::capacity_bytes(KernelFacts const& kernel) const noexcept
 {
     std::uint64_t bytes = 0;
-    for (auto const& use : links_of(kernel))
+    for (auto const& use : kernel.links)
         if (use.writes) bytes += detail::sides_of(grid, links[use.link]) * end_bytes(use.link, link_capacities[use.link]);
     return bytes;
 }

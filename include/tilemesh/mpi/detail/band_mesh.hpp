@@ -104,7 +104,7 @@ public:
         this->run_.template begin<Base::traced>(this->program_, this->shareds());
         for (auto& side : sides_)
             if (side.remote) {
-                auto const words = most_words(side, StepsOf<Program>{});
+                auto const words = most_words(side);
                 if (words > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
                     throw Error("a message of up to " + std::to_string(words) + " words from a rank to its neighbour (MPI counts to " +
                                 std::to_string(std::numeric_limits<int>::max()) + "); give channels fewer slots");
@@ -262,20 +262,21 @@ private:
     }
     static bool crosses_with_any(Side const& side, KernelFacts const& kernel) noexcept
     {
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (crosses(side, use)) return true;
         return false;
     }
     /// The words of the largest message after any step.
-    template <class... Step>
-    std::uint64_t most_words(Side const& side, machine::Types<Step...>) const noexcept
+    std::uint64_t most_words(Side const& side) const noexcept
     {
-        return std::max({std::uint64_t{1}, most_words_after(side, engine::kernel_facts<Program, KernelOf<Step>>)...});
+        std::uint64_t words = 1;
+        for (auto const& step : engine::program_facts<Program>.steps) words = std::max(words, most_words_after(side, *step.kernel));
+        return words;
     }
     std::uint64_t most_words_after(Side const& side, KernelFacts const& kernel) const noexcept
     {
         std::uint64_t words = 0;
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (crosses(side, use))
                 words += 1 + this->grid_.width * (3 + std::uint64_t{this->link_capacity_[use.link]} * engine::link_table<Program>.at[use.link].item_words);
         return words;
@@ -311,7 +312,7 @@ private:
     void send(Side& side, std::span<std::uint32_t const> tiles, KernelFacts const& kernel)
     {
         auto* to = side.out.data();
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (crosses(side, use)) to = pack(use.link, side, tiles, to);
         MPI_Isend(side.out.data(), static_cast<int>(to - side.out.data()), MPI_UINT32_T, static_cast<int>(side.rank),
                   side.direction == Direction::north ? tag_northwards : tag_southwards, ranks_.comm(), &side.requests[0]);
@@ -325,7 +326,7 @@ private:
     {
         MPI_Wait(&side.requests[1], MPI_STATUS_IGNORE);
         std::uint32_t const* from = side.in.data();
-        for (auto const& use : links_of(kernel))
+        for (auto const& use : kernel.links)
             if (crosses(side, use)) from = unpack(use.link, side, from);
     }
 
@@ -335,24 +336,6 @@ private:
         auto digest = this->digest_of(this->view(), first_tile(), last_tile());
         ranks_.sum(&digest, 1);
         return digest;
-    }
-    bool mail_to_read(KernelFacts const& kernel) const noexcept
-    {
-        for (auto const& use : links_of(kernel))
-            if (use.reads && mail_[use.link]) return true;
-        return false;
-    }
-    bool sends_over_unread(KernelFacts const& kernel) const noexcept
-    {
-        for (auto const& use : links_of(kernel))
-            if (use.writes && !use.reads && mail_[use.link]) return true;
-        return false;
-    }
-    bool sent_anything(KernelFacts const& kernel) const noexcept
-    {
-        for (auto const& use : links_of(kernel))
-            if (use.writes && mail_[use.link]) return true;
-        return false;
     }
     /// The tiles of this rank that run, in order.
     std::span<std::uint32_t const> tiles_to_run(KernelFacts const& kernel, bool everywhere)
@@ -373,11 +356,12 @@ private:
     }
     engine::Passed superstep()
     {
-        auto const& step = engine::program_facts<Program>.step[this->run_.step()];
+        auto const& step = engine::program_facts<Program>.steps[this->run_.step()];
         auto const& kernel = *step.kernel;
         bool const everywhere = step.everywhere;
-        if (!everywhere && !busy_ && !mail_to_read(kernel)) return {};
-        if (sends_over_unread(kernel)) throw this->run_.failed(this->grid_, 0, Base::over_unread);
+        auto const mail = [&](std::uint32_t link) { return mail_[link]; };
+        if (!everywhere && !busy_ && !engine::mail_to_read(kernel, mail)) return {};
+        if (engine::sends_over_unread(kernel, mail)) throw this->run_.failed(this->grid_, 0, engine::over_unread);
         auto const tiles = tiles_to_run(kernel, everywhere);
         std::uint32_t const most_alone = everywhere ? 1 : Base::most_tiles_of_one_thread;
         auto const run = [&](std::span<std::uint32_t const> some) {
@@ -438,7 +422,7 @@ private:
         busy_ = sums[Sums::busy] != 0;
         for (std::size_t l = 0; l < mail_.size(); ++l) mail_[l] = sums[Sums::mail + l] != 0;
         passed.ran = true;
-        passed.sent = sent_anything(kernel);
+        passed.sent = engine::sent_anything(kernel, mail);
         passed.messages = sums[Sums::messages];
         passed.tile_runs = sums[Sums::tile_runs];
         passed.live_bytes = sums[Sums::live_bytes];
