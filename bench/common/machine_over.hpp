@@ -9,12 +9,12 @@ namespace bench {
 template <class Base, class Renderer>
 class MachineOver : public Base {
 public:
-    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
+    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup,
                 tilemesh::RendererOptions const& options, typename Renderer::EngineOptions engine = {})
-        : MachineOver(map, tilemesh::render::facts_of(setup), options, engine)
+        : MachineOver(map, tilemesh::render::checked(setup), options, engine)
     {
     }
-    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
+    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::Setup facts, tilemesh::RendererOptions const& options,
                 typename Renderer::EngineOptions engine = {})
         : renderer_(map, std::move(facts), options, engine)
     {

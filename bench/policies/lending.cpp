@@ -6,7 +6,7 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/lending.hpp>
 
@@ -22,7 +22,7 @@ using Renderer =
 class Machine final : public LendingMachine {
 public:
     Machine(tilemesh::scene::Map const& map, tilemesh::RendererOptions const& options)
-        : renderer_(map, tilemesh::render::facts_of<Setup>(options), options, {})
+        : renderer_(map, tilemesh::render::setup_for<Setup>(options), options, {})
     {
         renderer_.rules().arithmetic = splat::Arithmetic::precise;
     }
@@ -30,8 +30,8 @@ public:
     tilemesh::report::Image const& image() const override { return frame_.image; }
     tilemesh::report::FrameReport const& report() const override { return frame_.report; }
     tilemesh::Trace const& trace() const override { return renderer_.trace(); }
-    std::uint64_t sram_bytes() const override { return renderer_.facts().sram_bytes; }
-    std::uint32_t storage() const override { return renderer_.facts().sizes.storage; }
+    std::uint64_t sram_bytes() const override { return tilemesh::render::sram_bytes_of(renderer_.setup()); }
+    std::uint32_t storage() const override { return renderer_.setup().sizes.storage; }
 
 private:
     Renderer renderer_;

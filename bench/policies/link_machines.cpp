@@ -26,7 +26,7 @@ public:
     tilemesh::report::Image const& image() const override { return frame_.image; }
     tilemesh::report::FrameReport const& report() const override { return frame_.report; }
     tilemesh::Trace const& trace() const override { return renderer_.trace(); }
-    std::uint64_t sram_bytes() const override { return renderer_.facts().sram_bytes; }
+    std::uint64_t sram_bytes() const override { return tilemesh::render::sram_bytes_of(renderer_.setup()); }
 
 private:
     Renderer renderer_;

@@ -12,7 +12,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/topologies.hpp>
 #include <type_traits>
 #include <utility>

@@ -30,7 +30,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/table.hpp>
@@ -41,7 +41,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
 #if defined(__EMSCRIPTEN__)
@@ -49,7 +49,7 @@
 #else
 #    include <tilemesh/auto_renderer.hpp>
 #    include <tilemesh/fit_renderer.hpp>
-#    include <tilemesh/render/homes_choice.hpp>
+#    include <tilemesh/render/homes_layout.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
 #endif
@@ -156,7 +156,7 @@ splat::Tiling tiling_of(Settings const& settings)
     return tilemesh::tiling_for(options, settings.width, settings.height);
 }
 /// The setup on a machine with room for so many records on a tile, and for its pixels.
-render::SetupChoice roomy(render::SetupChoice setup, splat::Tiling const& tiling, std::uint32_t slots)
+render::Setup roomy(render::Setup setup, splat::Tiling const& tiling, std::uint32_t slots)
 {
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes.storage = slots;
@@ -166,11 +166,11 @@ render::SetupChoice roomy(render::SetupChoice setup, splat::Tiling const& tiling
 }
 
 /// The setup that the settings name, as render_map makes it of the same options.
-render::SetupChoice setup_of(Settings const& settings, std::uint32_t sh_degree)
+render::Setup setup_of(Settings const& settings, std::uint32_t sh_degree)
 {
-    auto setup = settings.preset == "lossless" ? render::choice_of<splat::Lossless>()
-                 : settings.preset == "paper"  ? render::choice_of<splat::Paper>()
-                                               : render::choice_of<splat::Prototype>();
+    auto setup = settings.preset == "lossless" ? splat::setup_of<splat::Lossless>()
+                 : settings.preset == "paper"  ? splat::setup_of<splat::Paper>()
+                                               : splat::setup_of<splat::Prototype>();
     if (settings.saturation != "preset") setup.holds = settings.saturation == "hold";
     if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
     setup = render::fitted(setup, sh_degree, true, true);
@@ -201,19 +201,12 @@ tilemesh::RendererOptions options_of(Settings const& settings)
 
 #if !defined(__EMSCRIPTEN__)
 /// The choice of homes of the same machine, pixels and rules.
-render::HomesChoice homes_of(Settings const& settings, std::uint32_t sh_degree)
+render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
 {
     auto const setup = setup_of(settings, sh_degree);
-    render::HomesChoice homes;
-    homes.name = setup.name;
-    homes.machine = setup.machine;
-    homes.fit = true;
-    if (settings.machine == "test") homes.sizes.held = setup.sizes.storage;
-    homes.sh_degree = sh_degree;
-    homes.colour = setup.colour;
-    homes.depth = setup.depth;
-    homes.alpha = setup.alpha;
-    homes.rules = setup.rules;
+    auto homes = splat::as_homes(setup);
+    homes.district = 1;
+    if (settings.machine == "test") homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
 std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scene::Map const& map, tilemesh::RendererOptions const& options)
@@ -223,7 +216,7 @@ std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scen
                                       : render::make_homes_renderer<>(map, homes, options);
 }
 /// Does something that only the anchored program has keep `auto` on it?
-bool stays_anchored(Settings const& settings, render::SetupChoice const& setup)
+bool stays_anchored(Settings const& settings, render::Setup const& setup)
 {
     return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
 }
@@ -233,9 +226,9 @@ std::unique_ptr<tilemesh::AnyRenderer> make_plain(Settings const& settings, scen
     auto const options = options_of(settings);
     if (settings.program == "homes") return make_homes(settings, map, options);
     auto const setup = setup_of(settings, map.sh_degree);
-    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::facts_of(setup), options);
+    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::checked(setup), options);
     if (stays_anchored(settings, setup)) return anchored;
-    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
+    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->setup(), options);
     auto const for_homes = render::within(homes_of(settings, map.sh_degree), options);
     return std::make_unique<tilemesh::AutoRenderer>(
         std::move(anchored), [settings, for_homes](scene::Map const& of) { return make_homes(settings, of, for_homes); }, may_fit);
@@ -270,7 +263,7 @@ void check(Settings const& settings, scene::Map const& map)
     bool const may_change = !settings.anchored() && check_homes(settings, map);
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
-    auto const facts = render::facts_of(setup);
+    auto const facts = render::checked(setup);
     for (auto const& s : number_settings) {
         auto const most = preset_slots(setup.sizes, s.name);
         if (s.most == 0 && settings.*s.member > most)
@@ -466,10 +459,10 @@ private:
     }
     static double scale_of(scene::Map const& map, Settings const& settings, splat::Camera const& start)
     {
-        auto const setup = render::with_planes(render::fitted(render::choice_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
+        auto const setup = render::with_planes(render::fitted(splat::setup_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
         tilemesh::RendererOptions how;
         how.threads = settings.threads;
-        return median_depth(Core(map, render::facts_of(setup), how, {}).render(start));
+        return median_depth(Core(map, render::checked(setup), how, {}).render(start));
     }
     /// In doubles, which a pose has and a camera of floats has not.
     std::array<double, 17> numbers_of(scene::Pose const& pose, std::array<double, 3> const& origin) const
@@ -794,7 +787,7 @@ private:
         Core::EngineOptions engine;
         engine.trace = true;
         auto const setup = setup_of(settings_, map_->sh_degree);
-        core_ = std::make_unique<Core>(*map_, render::facts_of(setup), options_of(settings_), engine);
+        core_ = std::make_unique<Core>(*map_, render::checked(setup), options_of(settings_), engine);
         core_->observe([this](tilemesh::SuperstepEvent const& event) {
             watch_.look(*core_, event);
             splat::GaussianId const followed{static_cast<std::uint32_t>(settings_.follow)};
@@ -840,7 +833,7 @@ private:
     {
         return plain_ ? plain_->tile() : tilemesh::Extent2{core_->tiling().tile_width, core_->tiling().tile_height};
     }
-    render::SetupFacts const& facts() const { return plain_ ? plain_->facts() : core_->facts(); }
+    render::Setup const& facts() const { return plain_ ? plain_->setup() : core_->setup(); }
     splat::Rules const& rules() const { return plain_ ? plain_->rules() : core_->rules(); }
     bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
 
@@ -880,7 +873,7 @@ private:
                                         reinterpret_cast<splat::FloatPixel*>(complete_picture_.pixel(rect.x0, rect.y0)), camera_.width, &pairs, 1);
             }
         }
-        if (core_->facts().colour == render::ColourFormat::rgbx8)
+        if (core_->setup().colour == render::ColourFormat::rgbx8)
             for (auto& v : complete_picture_.rgb) v = static_cast<float>(splat::Rgbx8Pixel::level(v)) / 255.0f;
         complete_ = &complete_picture_;
     }
@@ -980,14 +973,14 @@ private:
     /// Describes the last frame as a run of one frame.
     void describe()
     {
-        auto const& facts = this->facts();
+        auto const& facts = this->setup();
         auto const& rules = this->rules();
         auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
         bool const homes = frame_.report.program == report::Program::homes;
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
         run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
-                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), facts.ledger};
+                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), render::ledger_of(facts)};
         run_.preset = facts.name;
         run_.engine = "threads";
         run_.program = options_of(used_).program;
@@ -996,10 +989,10 @@ private:
         run_.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
         run_.background = {rules.background[0], rules.background[1], rules.background[2]};
         run_.policies = {splat::RowFirst::name,
-                         facts.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                         facts.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                         facts.carried ? splat::Carried::name : splat::Recomputed::name,
+                         facts.holds ? splat::Hold::name : splat::Drop::name,
                          rules.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
-                         facts.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                         facts.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
                          facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                          rules.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
                          used_.hops,
@@ -1041,7 +1034,7 @@ private:
                      {"held", r.gaussians.held}, {"copies", r.copies}, {"lost_records", whole}, {"lost_copies", r.lost_copies},
                      {"late_copies", r.late_copies},
                      {"refused", r.refused.channel_full + r.refused.no_credit + r.refused.storage_full + r.refused.copies_full + r.refused.copies_refused},
-                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", facts().record_bytes}};
+                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", render::record_bytes(facts())}};
         if (core_) {
             json["modelled_ms"] = milliseconds(model_, cost_.cycles);
             json["modelled_cycles"] = cost_.cycles;
@@ -1097,11 +1090,11 @@ private:
     };
     ChannelFill fill(std::uint32_t step, std::uint64_t bytes) const
     {
-        auto const& facts = core_->facts();
+        auto const& facts = core_->setup();
         bool const road = step == Core::Steps::route, beam = step == Core::Steps::bloom_first || step == Core::Steps::bloom;
         if (!road && !beam) return {0, 1};
         auto const slots = used_.channel_slots != 0 ? used_.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
-        auto const message = road ? facts.policies.road_bytes : facts.policies.beam_bytes;
+        auto const message = road ? splat::road_bytes(facts) : splat::beam_bytes(facts);
         return {bytes > 8 ? (bytes - 8) / message : 0, slots}; // the head of a channel end has 8 bytes
     }
     std::uint32_t tile_of(report::Loss const& loss) const
@@ -1201,7 +1194,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     if (index >= grid().size())
         throw Error("tile " + std::to_string(index) + " (the grid has " + std::to_string(grid().size()) + " tiles, from 0); name one of these");
     auto const& mesh = std::as_const(core_->mesh());
-    auto const& facts = core_->facts();
+    auto const& facts = core_->setup();
     auto const at = grid().tile(index);
     auto const rect = splat::pixels_of(core_->tiling(), camera_, at);
     auto const& frame = core_->mesh().template broadcast<Core::Parameters>();
@@ -1224,10 +1217,10 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     json["leaving"] = leaving;
     json["slots"] = used_.storage_slots != 0 ? used_.storage_slots : facts.sizes.storage;
     auto ledger = Json::array();
-    for (auto const& region : facts.ledger)
+    for (auto const& region : render::ledger_of(facts))
         ledger.push_back({{"name", std::string(region.name.text, region.name.size)}, {"what", region.what}, {"bytes", region.bytes}, {"budgeted", region.budgeted}});
     json["ledger"] = std::move(ledger);
-    json["ledger_bytes"] = facts.sram_bytes;
+    json["ledger_bytes"] = render::sram_bytes_of(facts);
     json["sram_bytes"] = facts.machine.sram_bytes;
 
     auto const& c = mesh.template state<splat::Counts>(at);
@@ -1296,7 +1289,7 @@ char const* tilemesh_handle::gaussian(std::uint32_t id)
             if (loss.cause == report::Cause::storage_full && json["anchor"].is_null()) state = "lost";
             if (auto const t = tile_of(loss); t < grid().size()) missing.push_back(t);
         }
-        if (state == "with the host" && core_->facts().policies.holds == 0) state = "lost";
+        if (state == "with the host" && !core_->setup().holds) state = "lost";
         json["state"] = state;
         json["mean"] = Json::array();
         for (std::size_t i = 0; i < 3; ++i) json["mean"].push_back(double{g->mean_world[i]} + map_->origin[i]);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <tilemesh/model/machine_file.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>

@@ -64,20 +64,20 @@ char const* to_string(splat::Arithmetic arithmetic)
 }
 
 /// Describes the machine of these facts, and its policies.
-void describe_machine(Options const& options, tilemesh::render::SetupFacts const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
+void describe_machine(Options const& options, tilemesh::render::Setup const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
                       splat::Rules const& rules, report::RunReport& run)
 {
-    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, setup.ledger};
+    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, tilemesh::render::ledger_of(setup)};
     run.preset = setup.name;
     run.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
     run.background = {rules.background[0], rules.background[1], rules.background[2]};
     run.policies = {splat::RowFirst::name,
-                    setup.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                    setup.policies.ranks == 0    ? (setup.policies.holds != 0 ? splat::Hold::name : splat::Drop::name)
-                    : setup.policies.holds != 0 ? splat::LargestFirst<splat::Hold>::name
+                    setup.carried ? splat::Carried::name : splat::Recomputed::name,
+                    !setup.ranks ? (setup.holds ? splat::Hold::name : splat::Drop::name)
+                    : setup.holds ? splat::LargestFirst<splat::Hold>::name
                                                 : splat::LargestFirst<splat::Drop>::name,
                     to_string(rules.footprint),
-                    setup.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                    setup.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
                     setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                     to_string(rules.arithmetic),
                     options.renderer.hops,
@@ -97,7 +97,7 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, st
     run.ranks = render_map::ranks::number();
     run.threads = options.renderer.threads;
     run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
-    describe_machine(options, renderer.facts(), limited(options.renderer.storage_slots, renderer.storage_slots()),
+    describe_machine(options, renderer.setup(), limited(options.renderer.storage_slots, renderer.setup().sizes.storage),
                      limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.rules(), run);
     return run;
 }
@@ -109,16 +109,16 @@ void describe_homes(Options const& options, render_map::Needs const& needs, rend
     auto const first = std::find_if(run.frames.begin(), run.frames.end(),
                                     [](auto const& frame) { return frame.report.program == report::Program::homes; });
     if (first == run.frames.end()) return;
-    auto const choice = render_map::homes_of(options.choice, renderer.sh_degree());
+    auto const choice = render_map::homes_of(options.choice, renderer.setup().sh_degree);
     auto const layout = tilemesh::render::layout_homes(choice, options.renderer, {first->report.width, first->report.height},
                                                        run.map.gaussians - needs.used.culled);
     auto const limit = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
     auto const& o = options.renderer;
-    describe_machine(options, facts_of(choice, layout.sizes, layout.ledger),
-                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
+    describe_machine(options, layout.setup,
+                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.setup.sizes.storage), limit(o.channel_slots, layout.setup.sizes.road),
                      renderer.rules(), run);
     if (run.program != report::Program::automatic) return;
-    auto const anchored = tilemesh::render::facts_of(setup_for(options.choice, needs.used));
+    auto const anchored = tilemesh::render::checked(setup_for(options.choice, needs.used));
     bool const room = tilemesh::render::may_fit_anchored(0, anchored, o).frame({first->report.width, first->report.height});
     run.notes.push_back("from " + first->image + " on, the program of homes renders (" +
                         (room ? "on anchored tiles, records or copies would be missing)" : "anchored tiles have no room for its pixels)"));

@@ -18,7 +18,7 @@ class TracedRenderer final : public tilemesh::RendererOver<R>, public Instrument
     using Steps = typename R::Steps;
 
 public:
-    TracedRenderer(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
+    TracedRenderer(tilemesh::scene::Map map, tilemesh::render::Setup facts, tilemesh::RendererOptions const& options,
                    typename R::EngineOptions engine)
         : Base(std::move(map), std::move(facts), options, std::move(engine))
     {

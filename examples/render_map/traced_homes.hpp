@@ -15,7 +15,7 @@ class TracedHomes final : public tilemesh::render::HostHomesRenderer, public Ins
     using Base = tilemesh::render::HostHomesRenderer;
 
 public:
-    TracedHomes(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options,
+    TracedHomes(tilemesh::scene::Map map, tilemesh::render::Setup const& choice, tilemesh::RendererOptions const& options,
                 EngineOptions engine)
         : Base(std::move(map), choice, options, engine)
     {

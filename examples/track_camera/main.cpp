@@ -43,7 +43,7 @@
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>

@@ -98,7 +98,7 @@
 #include <tilemesh/splat/lending.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/topologies.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_accuracy.hpp>

@@ -82,8 +82,8 @@
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/search.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
 #include <tilemesh/splat/topologies.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -165,15 +165,15 @@ using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDep
 struct Homes {
     using Machine = Mk2;
     using Values = splat::homes::ValuePolicies<>;
-    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 40, 1440};
+    static constexpr splat::Sizes sizes{900, 2000, 120, 120, 8, 640, 40, 1440};
 };
 struct DistrictHomes : Homes { // a table of 10 x 9 districts
     using Values = splat::homes::DistrictPolicies<2>;
-    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 10, 90};
+    static constexpr splat::Sizes sizes{900, 2000, 120, 120, 8, 640, 10, 90};
 };
 struct ShadedHomes : Homes { // degree 2, with planes
     using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
-    static constexpr splat::homes::Sizes sizes{300, 1500, 120, 120, 8, 640, 40, 1440};
+    static constexpr splat::Sizes sizes{300, 1500, 120, 120, 8, 640, 40, 1440};
 };
 } // namespace
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/machine_file.hpp>
-#include <tilemesh/render/setup_choice.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/render/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <vector>
 
 using namespace tilemesh;
@@ -140,11 +140,11 @@ TEST_CASE("prices of other machines follow from workers and instructions; an unk
 
 TEST_CASE("a pixel processor array of today has no room for a frame, and one with Mk2's bytes a pixel has")
 {
-    auto choice = render::choice_of<splat::Prototype>();
+    auto choice = splat::setup_of<splat::Prototype>();
     auto const today = load("scamp5.txt"), scaled = load("pixels.txt");
     choice.machine = size_of(today);
     choice.sizes = {.storage = 1, .road = 1, .beam = 1, .waiting = 0, .tile_pixels = 64};
-    CHECK(has(error_of([&] { (void)render::facts_of(choice); }), "does not fit"));
+    CHECK(has(error_of([&] { (void)render::checked(choice); }), "does not fit"));
     choice.machine = size_of(scaled);
     auto const filled = render::fill_storage(choice, *grid_of(scaled), {8, 8});
     CHECK(filled.sizes.storage > 300);

@@ -18,9 +18,9 @@ using Threads = render::HomesRenderer<ByValue>;
 using OnGraph = render::HomesRenderer<ByValue, PoplarMesh, Mk2>; // the vertices of examples/on_poplar/codelets.cpp
 
 /// Homes for half of the records, if the map comes in `chapters`. Tiles hold 8 splats, channels 4.
-render::HomesChoice choice_of(scene::Map const& map, Grid grid, bool chapters)
+render::Setup choice_of(scene::Map const& map, Grid grid, bool chapters)
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     auto const share = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
     c.sizes = {chapters ? share / 2 + 1 : share, 8, 4, 3};
     return c;
@@ -84,7 +84,7 @@ TEST_CASE("poplar: the graph of homes has the variables of its ledger, byte for 
     OnGraph graph(map, choice_of(map, {4, 3}, false), options, poplar_test::options("homes"));
     graph.render(support::lens(75, 38));
     auto found = standin::tile_bytes(graph.mesh().engine(), 0).variables;
-    for (auto const& line : graph.facts().ledger) {
+    for (auto const& line : render::ledger_of(graph.setup())) {
         auto const name = std::string(line.name.text, line.name.size);
         CAPTURE(name);
         if (std::string(line.what) == "reserve") continue;

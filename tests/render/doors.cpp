@@ -12,7 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/exact_renderer.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <utility>
 #include <vector>
@@ -41,7 +41,7 @@ std::vector<Door> doors()
             {"automatic", exact(Program::automatic)},
             {"fit_to_map", [](scene::Map const& map, RendererOptions const& options) { return fit_to_map<>(map, options); }},
             {"make_homes_renderer", [](scene::Map const& map, RendererOptions const& options) {
-                 render::HomesChoice choice;
+                 auto choice = splat::homes_setup;
                  choice.sh_degree = map.sh_degree;
                  return render::make_homes_renderer<>(map, choice, options);
              }}};

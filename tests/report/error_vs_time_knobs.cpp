@@ -19,7 +19,7 @@
 #include <error_vs_time/with_knobs.cpp>
 #include <error_vs_time/whole_frame.cpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 using namespace error_vs_time;
 

@@ -316,7 +316,7 @@ TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every 
         auto const camera = support::lens(64, 48, turn);
         auto const frame = renderer->render(camera);
         auto const grid = renderer->grid();
-        auto const e = expected(gaussians, camera, renderer->tiling(), grid, renderer->facts().sizes.storage);
+        auto const e = expected(gaussians, camera, renderer->tiling(), grid, renderer->setup().sizes.storage);
         INFO("turn ", turn);
         CHECK(listed(frame.report, report::Cause::no_bloom) == e.copies);
         CHECK(frame.report.lost.size() == e.copies.size());

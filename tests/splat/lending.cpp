@@ -261,7 +261,7 @@ TEST_CASE("lending: the ledger has its channels and states, and a setup without 
     CHECK(with - without == 8 * (8 + 56 * 32) + 8 * (8 + 12 * 64) + 12 * 160 + 824);
     CHECK(with <= Mk2::sram_bytes);
     CHECK(with + 12 * 136 > Mk2::sram_bytes); // storage takes what is left
-    auto const facts = render::facts_of<LosslessLending>();
+    auto const facts = render::setup_for<LosslessLending>();
     CHECK(facts.sram_bytes == with);
     auto const is_channel = [](machine::Region const& r) { return std::string(r.name.text, r.name.size) == "lent splats"; };
     CHECK(std::any_of(facts.ledger.begin(), facts.ledger.end(), is_channel));

@@ -280,7 +280,7 @@ RendererOptions small(std::uint32_t slots, std::uint32_t hops = 0)
 template <class S, template <class, class> class Engine>
 void check_pictures(std::vector<RenderedFrame> const& mesh, std::uint32_t slots)
 {
-    CHECK(BasicRenderer<S, Engine>(support::map_of({})).facts().sram_bytes == BasicRenderer<S, Engine>::Layout::bytes);
+    CHECK(BasicRenderer<S, Engine>(support::map_of({})).setup().sram_bytes == BasicRenderer<S, Engine>::Layout::bytes);
     auto const all = frames<S, Engine>(small(slots));
     for (std::size_t i = 0; i < mesh.size(); ++i) {
         CHECK(all[i].report.lost.empty());

@@ -12,7 +12,7 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <string>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -85,7 +85,7 @@ double largest_difference(std::vector<double> const& a, std::vector<double> cons
 /// Frames of the program of homes, in chapters if `homes` a tile are too few for the map.
 std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules, std::uint32_t homes = 1000, bool planes = false)
 {
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.sizes.homes = homes;
     choice.rules = rules;

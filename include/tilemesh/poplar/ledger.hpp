@@ -59,7 +59,7 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename machine::Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(sizes_of<Setup>, StepsOf<Program>{}, typename machine::Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. The first lines are those of

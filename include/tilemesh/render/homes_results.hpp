@@ -7,7 +7,7 @@
 #include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 #include <type_traits>
@@ -80,17 +80,17 @@ void account(RunCounters const& run, HomesSums const& sums, report::FrameReport&
 
 /// Copies the tiles' blocks into one picture, with the planes that the choice has.
 template <class P, class Host>
-void copy_blocks(Host& host, splat::homes::Fold const& fold, SetupFacts const& facts, splat::Camera const& camera, RenderedFrame& to)
+void copy_blocks(Host& host, splat::homes::Fold const& fold, Setup const& setup, splat::Camera const& camera, RenderedFrame& to)
 {
-    size_planes(camera, facts.has_depth, facts.has_alpha, to);
-    bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
+    size_planes(camera, setup.depth, setup.alpha, to);
+    bool const round = setup.colour == ColourFormat::rgbx8 && splat::colour_format<typename P::Pixel> == ColourFormat::float32;
     auto const& mesh = std::as_const(host.mesh());
     auto const grid = mesh.grid();
     host.on_threads(grid.size(), [&](std::uint32_t first, std::uint32_t last) {
         for (auto t = first; t < last; ++t) {
             auto const tile = grid.tile(t);
             auto const framebuffer = mesh.template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-            machine::in_form(facts.has_planes(), framebuffer.begin(), [&](auto const* pixel) {
+            machine::in_form(setup.has_planes(), framebuffer.begin(), [&](auto const* pixel) {
                 for (std::uint32_t b = 0; b < framebuffer.size() / (splat::block_width * splat::block_height); ++b) {
                     auto const place = splat::homes::block_at(fold, tile, b);
                     for (std::uint32_t j = 0; j < splat::block_height; ++j, pixel += splat::block_width) {

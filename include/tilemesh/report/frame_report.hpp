@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -45,7 +46,7 @@ struct FullTiles {
 
 /// The program that rendered a frame, or that shall: `automatic` renders with `anchored` until a frame would lose something, then with
 /// `homes`.
-enum class Program : std::uint32_t { automatic, anchored, homes };
+using splat::Program;
 TILEMESH_HOST char const* to_string(Program program) noexcept;
 
 /// A tile whose part of the picture is cut short by a bound on rounds (program of homes). Its pixels are exact for all splats that are

@@ -15,6 +15,7 @@ struct Reference {
 
 /// An entry of `Splats`: a row of the host's table.
 struct SplatRow {
+    static constexpr std::uint32_t wire_bytes = sizeof(Splat); ///< the machine stores the splat
     std::uint32_t row;
 };
 

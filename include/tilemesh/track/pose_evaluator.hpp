@@ -15,7 +15,7 @@
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup_on_mesh.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/pose/program.hpp>
 #include <tilemesh/splat/pose/terms.hpp>
@@ -174,7 +174,7 @@ template <class S, template <class, class> class Engine>
 BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
     : options_(options), host_(std::move(engine)), size_(frame), records_(std::move(map), degree),
       cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), terms_(by_reference ? records_.rows() : 0),
-      rules_(render::rules_of<splat::Lossless>())
+      rules_(splat::lossless.rules)
 {
     constexpr auto machine = size_of_machine<typename S::Machine>();
     bool const follows = options.tile.width == 0 && options.tile.height == 0;
@@ -244,7 +244,7 @@ void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOpti
 template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::build()
 {
-    policies_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
+    policies_ = splat::policy_words(splat::setup_of<splat::pose::Tracked<splat::Lossless>>());
     auto const& t = layout_.tiling;
     RendererOptions plain;
     plain.threads = options_.threads;

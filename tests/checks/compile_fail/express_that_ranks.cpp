@@ -1,5 +1,5 @@
 // EXPECT: a torus or express links with a saturation policy that drops or ranks records
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/contribution.hpp>
 #include <tilemesh/splat/topologies.hpp>
 
@@ -8,7 +8,7 @@ struct Ranks : tilemesh::splat::Lossless {
 };
 using Setup = tilemesh::splat::WithLinks<Ranks, tilemesh::splat::ExpressLinks<4>>;
 
-tilemesh::render::SetupFacts facts()
+tilemesh::render::Setup facts()
 {
-    return tilemesh::render::facts_of<Setup>();
+    return tilemesh::render::setup_for<Setup>();
 }

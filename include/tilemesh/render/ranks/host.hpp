@@ -286,9 +286,9 @@ public:
         return off;
     }
     template <class P>
-    void picture(SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+    void picture(Setup const& setup, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
     {
-        gather_picture<P>(*mesh_, facts, tiling, camera, to);
+        gather_picture<P>(*mesh_, setup, tiling, camera, to);
     }
     template <class X, class F>
     void picture_of(RenderedFrame& to, F const& copy)

@@ -14,22 +14,16 @@
 /// square of tiles that share an entry of the table of windows; on Mk2 it is one tile.
 namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
-/// The capacities of the program's lists on one tile, in slots.
-struct Sizes {
-    std::uint32_t homes = 0;         ///< records that live on the tile
-    std::uint32_t held = 0;          ///< splats of a window that the tile keeps; at least 1
-    std::uint32_t parcels = 0;       ///< splats in one channel end (one direction); at least 1
-    std::uint32_t waiting = 0;       ///< splats in each of the two FIFOs; at least 1
-    std::uint32_t tile_blocks = 0;   ///< blocks of 16 x 5 pixels
-    std::uint32_t tile_pixels = 0;   ///< 80 for each block
-    std::uint32_t columns = 0, tiles = 0; ///< districts in a row of the grid, and of the grid: every tile keeps a table of all of them
-
-    friend constexpr bool operator==(Sizes const& a, Sizes const& b) noexcept
-    {
-        return a.homes == b.homes && a.held == b.held && a.parcels == b.parcels && a.waiting == b.waiting &&
-               a.tile_blocks == b.tile_blocks && a.tile_pixels == b.tile_pixels && a.columns == b.columns && a.tiles == b.tiles;
-    }
-};
+/// The sizes of the program from the number of its homes on a tile, held splats, splats in a channel end, and splats in a FIFO.
+constexpr Sizes homes_sizes(std::uint32_t homes, std::uint32_t held, std::uint32_t parcels, std::uint32_t waiting) noexcept
+{
+    Sizes sizes;
+    sizes.homes = homes;
+    sizes.storage = held;
+    sizes.road = parcels;
+    sizes.waiting = waiting;
+    return sizes;
+}
 
 /// The parameters that the host sends to every tile at the start of a frame.
 struct Parameters {
@@ -138,7 +132,7 @@ struct WindowNotices : Channel<WindowNotice> {
 template <class P>
 struct Parcels : Channel<Parcel<typename P::Projected>> {
     static constexpr char const* name = "parcels";
-    static constexpr auto slots = &Sizes::parcels;
+    static constexpr auto slots = &Sizes::road;
     static constexpr std::uint32_t least_slots = 1; ///< nothing goes through a channel without a slot
 };
 
@@ -148,6 +142,7 @@ template <class P>
 struct Home : Buffer<typename P::Record> {
     static constexpr char const* name = "homes";
     static constexpr auto slots = &Sizes::homes;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return record_bytes(s); }
 };
 /// The records of this home, projected into this frame's view.
 template <class P>
@@ -171,27 +166,28 @@ struct Offers : Buffer<Offered> {
 template <class P>
 struct Held : Buffer<typename P::Projected> {
     static constexpr char const* name = "held splats";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
     static constexpr std::uint32_t least_slots = 1; ///< a tile that keeps nothing never goes on
 };
 struct Keys : Buffer<SortKey> {
     static constexpr char const* name = "sort keys";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
 };
 /// The numbers of the keys, in depth order.
 struct Order : Buffer<std::uint32_t> {
     static constexpr char const* name = "depth order";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
 };
+/// The words of a block without and with depth.
+using NarrowBlock = splat::detail::BlockFields;
+using WideBlock = splat::detail::DepthBlockFields;
 /// The colour and transmittance of the tile's blocks, kept from round to round; with a depth plane also their depth.
 template <class Fields>
 struct Blocks : Buffer<Fields> {
     static constexpr char const* name = "blocks";
     static constexpr auto slots = &Sizes::tile_blocks;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return s.depth ? sizeof(WideBlock) : sizeof(NarrowBlock); }
 };
-/// The words of a block without and with depth.
-using NarrowBlock = splat::detail::BlockFields;
-using WideBlock = splat::detail::DepthBlockFields;
 namespace detail {
 template <class Pixel>
 using FieldsOf = std::conditional_t<machine::is_either<Pixel>, machine::Either<WideBlock, NarrowBlock>,
@@ -204,6 +200,7 @@ template <class Pixel>
 struct Framebuffer : Buffer<Pixel> {
     static constexpr char const* name = "framebuffer";
     static constexpr auto slots = &Sizes::tile_pixels;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return pixel_bytes(s); }
 };
 /// The windows of all tiles with blocks, or of all districts, row by row.
 struct Table : Buffer<WindowNotice> {

@@ -138,15 +138,18 @@ using PoseFrame =
 template <class S>
 constexpr Sizes sizes_on(MachineSize const& machine, std::uint32_t tile_pixels, std::uint32_t degree = S::Record::sh_degree) noexcept
 {
-    constexpr std::uint32_t lists = sizeof(MarkOf<PoliciesOf<S>>) + sizeof(typename S::Projected) + sizeof(SortKey);
-    std::uint32_t const more = 12 * (harmonics_per_channel(degree) - harmonics_per_channel(S::Record::sh_degree));
-    Sizes sizes = S::sizes;
-    sizes.tile_pixels = tile_pixels;
-    sizes.storage = 0;
-    auto const used = SramLedger<PoseFrame<S>>::bytes(machine, sizes);
-    FrameWords const plain{sizeof(typename S::Record), wire_bytes<RoadMessage<PoliciesOf<S>>>, wire_bytes<BeamMessage<PoliciesOf<S>>>, 0, lists};
-    sizes = refitted(sizes, plain, {plain.record + more, plain.road_message + more, plain.beam_message + more, 0, lists});
-    sizes.storage = slots_in(used < machine.sram_bytes ? machine.sram_bytes - used : 0, plain.record + more + lists);
+    auto const bytes = [&](Setup setup, std::uint32_t storage) {
+        setup.sizes.storage = storage;
+        return SramLedger<PoseFrame<S>>::bytes(machine, setup);
+    };
+    Setup setup = setup_of<S>();
+    setup.sizes.tile_pixels = tile_pixels;
+    auto const used = bytes(setup, 0);
+    Setup shaded = setup;
+    shaded.sh_degree = degree;
+    auto sizes = refitted(shaded, setup).sizes;
+    sizes.storage = slots_in(used < machine.sram_bytes ? machine.sram_bytes - used : 0,
+                             static_cast<std::uint32_t>(bytes(shaded, 1) - bytes(shaded, 0)));
     return sizes;
 }
 
