@@ -57,7 +57,5 @@ public:
 };
 std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::Setup const&,
                                                    tilemesh::RendererOptions const&);
-/// The same with facts that no choice has, as messages of other bytes.
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::Setup, tilemesh::RendererOptions const&);
 
 } // namespace bench

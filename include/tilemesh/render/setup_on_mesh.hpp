@@ -50,14 +50,14 @@ void limit_lists(M& mesh, Setup const& setup, RendererOptions const& options)
     if (options.channel_slots != 0) {
         if constexpr (P::routes)
             if (setup.routes) mesh.template limit<splat::Road<P>>(options.channel_slots);
-        if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
-            mesh.template limit<splat::Express<P>>(options.channel_slots);
         if constexpr (P::blooms)
             if (setup.blooms) mesh.template limit<splat::Beam<P>>(options.channel_slots);
     }
     if constexpr (P::routes && P::Saturation::may_hold)
-        if (options.waiting_slots != 0 && setup.holds && setup.routes)
-            splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { mesh.template limit<Fifo>(options.waiting_slots); });
+        if (options.waiting_slots != 0 && setup.holds && setup.routes) {
+            mesh.template limit<splat::Waiting<P, 0>>(options.waiting_slots);
+            mesh.template limit<splat::Waiting<P, 1>>(options.waiting_slots);
+        }
     if (options.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options.storage_slots);
 }
 
