@@ -71,12 +71,7 @@ private:
 std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup,
                                                    tilemesh::RendererOptions const& options)
 {
-    return make_traced_machine(map, tilemesh::render::checked(setup), options);
-}
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::Setup facts,
-                                                   tilemesh::RendererOptions const& options)
-{
-    return std::make_unique<MachineWithTrace>(map, std::move(facts), options);
+    return std::make_unique<MachineWithTrace>(map, setup, options);
 }
 
 } // namespace bench

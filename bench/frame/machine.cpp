@@ -1,7 +1,7 @@
 #include "machine.hpp"
 #include <algorithm>
 #include <tilemesh/render/frame_renderer.hpp>
-#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 
 std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map,
                                                     tilemesh::splat::Arithmetic arithmetic, std::uint32_t threads,
@@ -32,5 +32,5 @@ std::unique_ptr<tilemesh::AnyRenderer> frame::make_homes(tilemesh::scene::Map co
     choice.fit = true;
     choice.rules.transmittance_min = stop_of_3dgs;
     choice.rules.arithmetic = arithmetic;
-    return tilemesh::render::make_homes_renderer<>(map, choice, {.threads = threads});
+    return tilemesh::render::make_homes_renderer(map, choice, {.threads = threads});
 }

@@ -49,7 +49,7 @@
 #else
 #    include <tilemesh/auto_renderer.hpp>
 #    include <tilemesh/fit_renderer.hpp>
-#    include <tilemesh/render/homes_layout.hpp>
+#    include <tilemesh/render/homes_renderer.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
 #endif
@@ -212,8 +212,7 @@ render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
 std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scene::Map const& map, tilemesh::RendererOptions const& options)
 {
     auto const homes = homes_of(settings, map.sh_degree);
-    return homes.depth || homes.alpha ? render::make_homes_renderer<render::HomesPlanes>(map, homes, options)
-                                      : render::make_homes_renderer<>(map, homes, options);
+    return render::make_homes_renderer(map, homes, options);
 }
 /// Does something that only the anchored program has keep `auto` on it?
 bool stays_anchored(Settings const& settings, render::Setup const& setup)
@@ -973,7 +972,7 @@ private:
     /// Describes the last frame as a run of one frame.
     void describe()
     {
-        auto const& facts = this->setup();
+        auto const& facts = this->facts();
         auto const& rules = this->rules();
         auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
         bool const homes = frame_.report.program == report::Program::homes;

@@ -92,9 +92,9 @@ std::string anchored_advice(Setting const& s)
     setup.machine = size_of(*s.machine);
     for (auto* slots : {&setup.sizes.storage, &setup.sizes.road, &setup.sizes.beam, &setup.sizes.waiting}) *slots = std::min(*slots, 1u);
     setup.sizes.tile_pixels = tile.width * tile.height;
-    auto const least = sram_bytes_of(setup);
+    auto const least = render::sram_bytes_of(setup);
     setup.sizes.tile_pixels = static_cast<std::uint32_t>((std::uint64_t{view.width} * view.height + tiles - 1) / tiles);
-    return room_advice(s, least, sram_bytes_of(setup));
+    return room_advice(s, least, render::sram_bytes_of(setup));
 }
 
 void size_anchored(Setting const& s, Sized& out)
@@ -110,10 +110,10 @@ void size_anchored(Setting const& s, Sized& out)
         if (asked.storage) setup.sizes.storage = *asked.storage;
         else setup = render::fill_storage(setup, {s.grid.width, s.grid.height}, tile);
     }
-    auto const facts = render::checked(setup); // refuses what does not fit
+    render::check_setup(setup);
     out.anchored = setup;
     ++setup.sizes.storage;
-    out.sram_bytes = used_sram(s, facts.sram_bytes, sram_bytes_of(setup));
+    out.sram_bytes = used_sram(s, render::sram_bytes_of(out.anchored), render::sram_bytes_of(setup));
     out.storage = out.anchored.sizes.storage;
     out.channel = setup.sizes.road;
     out.beam = setup.sizes.beam;
@@ -139,7 +139,7 @@ render::Setup homes_of(Setting const& s)
     auto kept = homes;
     kept.machine = size_of(*s.machine);
     auto const& view = s.subject->views.front();
-    bool const fits = keeps_sizes(kept, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+    bool const fits = render::keeps_sizes(kept, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
     return fits ? kept : render::on_machine(homes, kept.machine, 0);
 }
 std::string homes_advice(Setting const& s)

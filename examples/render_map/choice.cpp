@@ -4,6 +4,7 @@
 #include "renderers.hpp"
 #include <algorithm>
 #include <tilemesh/auto_renderer.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
@@ -93,8 +94,7 @@ std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::M
     auto needed = tilemesh::scene::needed(map, demand);
     // Sequentially, a trace beside the checks costs little.
     if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(std::move(needed), homes, options, choice.engine);
-    if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(std::move(needed), homes, options);
-    return render::make_homes_renderer<>(std::move(needed), homes, options);
+    return render::make_homes_renderer(std::move(needed), homes, options);
 }
 
 /// The instruments of whichever program renders.

@@ -40,7 +40,7 @@ void fit_machine(Options& options, std::vector<Shot> const& shots, std::uint64_t
         options.choice.keeps_homes = std::all_of(shots.begin(), shots.end(), [&](Shot const& shot) { // many shots have one size
             tilemesh::Extent2 const size{shot.camera.width, shot.camera.height};
             auto const before = std::exchange(last, size);
-            return (size.width == before.width && size.height == before.height) || keeps_sizes(homes, options.renderer, size, records);
+            return (size.width == before.width && size.height == before.height) || tilemesh::render::keeps_sizes(homes, options.renderer, size, records);
         });
     }
     notes.push_back(machine_text(*options.machine_file));

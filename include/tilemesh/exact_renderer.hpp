@@ -30,7 +30,7 @@ std::unique_ptr<AnyRenderer> exact_renderer(scene::Map const& map, RendererOptio
     auto const make_homes = [options](scene::Map const& of) {
         auto choice = splat::as_homes(splat::setup_of<Base>());
         choice.sh_degree = scene::demand_of(of).sh_degree;
-        return render::make_homes_renderer<>(scene::needed(of, scene::demand_of(of)), choice,
+        return render::make_homes_renderer(scene::needed(of, scene::demand_of(of)), choice,
                                              options.program == Program::homes ? options : render::within(choice, options));
     };
     if (options.program == Program::homes) return make_homes(map);

@@ -12,7 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/exact_renderer.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <utility>
 #include <vector>
@@ -43,7 +43,7 @@ std::vector<Door> doors()
             {"make_homes_renderer", [](scene::Map const& map, RendererOptions const& options) {
                  auto choice = splat::homes_setup;
                  choice.sh_degree = map.sh_degree;
-                 return render::make_homes_renderer<>(map, choice, options);
+                 return render::make_homes_renderer(map, choice, options);
              }}};
 }
 scene::Map cloud() { return support::map_of(support::cloud(60, 4)); }

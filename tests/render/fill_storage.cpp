@@ -96,11 +96,11 @@ TEST_CASE("on_machine: a preset keeps its sizes where they fit; elsewhere channe
     CHECK_THROWS_AS(render::checked(render::on_machine(lossless, machine, 1)), Error);
 
     auto homes = splat::homes_setup;
-    auto const small = render::on_machine(homes, half.machine);
+    auto const small = render::on_machine(homes, half.machine, 0);
     CHECK(small.sizes.road == 60);
     CHECK(small.sizes.waiting == 60);
-    CHECK(render::on_machine(homes, half.machine, 7).sizes.road == 7);
-    CHECK(render::on_machine(homes, size_of_machine<Mk2>()).sizes == homes.sizes);
+    CHECK(render::on_machine(homes, half.machine, 0, 7).sizes.road == 7);
+    CHECK(render::on_machine(homes, size_of_machine<Mk2>(), 0).sizes == homes.sizes);
 }
 
 TEST_CASE("keeps_sizes: homes fit with a home for each record and all held splats, or they do not")

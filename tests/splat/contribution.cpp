@@ -191,7 +191,7 @@ TEST_CASE("contribution: where nothing is full, picture and messages are those o
         CHECK(a.report.exchanges.total() == b.report.exchanges.total());
         CHECK(a.report.lost.empty());
     }
-    CHECK(render::sram_bytes_of(largest->setup()) == render::sram_bytes_of(first->setup()));
+    CHECK(render::sram_bytes_of(largest->facts()) == render::sram_bytes_of(first->facts()));
 }
 
 TEST_CASE("contribution: the 250k map with the prototype's 100 and 800 slots is at least 6 dB nearer to the whole picture")

@@ -29,7 +29,7 @@ static_assert(std::is_same_v<PoliciesOf<Referenced<Lossless>>, PoliciesOf<Refere
 
 TEST_CASE("references: the default renderer's ledger is that of the values")
 {
-    auto const values = render::setup_for<Lossless>().ledger, ours = make_runner<Referenced<Lossless>>(support::map_of({}))->setup().ledger;
+    auto const values = render::setup_for<Lossless>().ledger, ours = make_runner<Referenced<Lossless>>(support::map_of({}))->facts().ledger;
     REQUIRE(values.size() == ours.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
         CHECK(std::string(values[i].name.text, values[i].name.size) == std::string(ours[i].name.text, ours[i].name.size));

@@ -12,7 +12,7 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <string>
-#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -92,7 +92,7 @@ std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules,
     choice.alpha = choice.depth = planes;
     RendererOptions options{.threads = 2, .grid = {3, 2}};
     options.held_slots = 50;
-    return planes ? render::make_homes_renderer<render::HomesPlanes>(map, choice, options) : render::make_homes_renderer<>(map, choice, options);
+    return render::make_homes_renderer(map, choice, options);
 }
 /// One pixel type, blended by the kernel of a host thread.
 template <class Pixel>

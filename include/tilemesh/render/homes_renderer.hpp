@@ -338,29 +338,22 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.host_ms.total = all.milliseconds();
 }
 
-/// Makes a HomesRenderer on host threads, by reference, with host pixels of this type: FloatPixel, or HomesPlanes for a setup with a depth
-/// or an alpha plane. The compiled library has one renderer that serves both.
-template <class Pixel = splat::FloatPixel>
-std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options);
-using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
-
-
 /// The renderer of homes that the compiled library has: by reference, for any choice and any engine of one process.
 using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 
-#if !defined(TILEMESH_COMPILED)
-template <class Pixel>
-std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
-{
-    return std::make_unique<HomesRenderer<splat::homes::HostPolicies<Pixel>>>(std::move(map), setup, options);
-}
-#else
-template <>
-std::unique_ptr<AnyRenderer> make_homes_renderer<splat::FloatPixel>(scene::Map, Setup const&, RendererOptions const&);
-template <>
-std::unique_ptr<AnyRenderer> make_homes_renderer<HomesPlanes>(scene::Map, Setup const&, RendererOptions const&);
+#if defined(TILEMESH_COMPILED)
 extern template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 #endif
+
+/// Makes a renderer of homes on host threads, by reference.
+inline std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
+{
+#if defined(TILEMESH_COMPILED)
+    return std::make_unique<HostHomesRenderer>(std::move(map), setup, options);
+#else
+    return std::make_unique<HomesRenderer<splat::homes::AnyHostPolicies>>(std::move(map), setup, options);
+#endif
+}
 
 }}} // namespace tilemesh::render
 

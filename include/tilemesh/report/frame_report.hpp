@@ -46,8 +46,7 @@ struct FullTiles {
 
 /// The program that rendered a frame, or that shall: `automatic` renders with `anchored` until a frame would lose something, then with
 /// `homes`.
-using splat::Program;
-TILEMESH_HOST char const* to_string(Program program) noexcept;
+using splat::Program, splat::to_string;
 
 /// A tile whose part of the picture is cut short by a bound on rounds (program of homes). Its pixels are exact for all splats that are
 /// nearer than `depth`, and lack the splats behind.

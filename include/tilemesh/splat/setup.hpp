@@ -37,6 +37,12 @@ struct Sizes {
 /// something, then the second.
 enum class Program : std::uint32_t { automatic, anchored, homes };
 
+/// Returns "auto", "anchored" or "homes".
+constexpr char const* to_string(Program program) noexcept
+{
+    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
+}
+
 /// The format in which the machine stores a pixel's colour.
 enum class ColourFormat : std::uint32_t { float32, rgbx8, own };
 
@@ -53,7 +59,7 @@ struct Setup {
     MachineSize machine = size_of_machine<Mk2>();
     Program program = Program::anchored;
     Sizes sizes{};
-    // Policies (policies.hpp). Of the program of homes, only `holds` and `carried` have a meaning: both are true.
+    // Policies (policies.hpp). The program of homes has those of `homes_setup`.
     bool holds = true;              ///< a full channel holds records back (`Hold`), or they are lost (`Drop`)
     bool carried = true;            ///< the anchor tile travels with the record (`Carried`), or is computed on the way (`Recomputed`)
     bool reusable = true;           ///< bloom sends records (`WorldCopies`) or splats (`ScreenCopies`)
@@ -111,6 +117,7 @@ constexpr Setup make_homes() noexcept
     Setup s;
     s.name = "homes";
     s.program = Program::homes;
+    s.reusable = false; // splats travel
     s.sizes.homes = 950;
     s.sizes.storage = 2800;
     s.sizes.road = s.sizes.waiting = 120;

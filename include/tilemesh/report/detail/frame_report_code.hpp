@@ -72,11 +72,6 @@ TILEMESH_HOST char const* to_string(Cause cause) noexcept
     return names[static_cast<std::uint32_t>(cause)];
 }
 
-TILEMESH_HOST char const* to_string(Program program) noexcept
-{
-    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
-}
-
 TILEMESH_HOST std::uint64_t FrameReport::losses(Cause cause) const noexcept
 {
     std::uint64_t n = 0;
