@@ -22,7 +22,7 @@ render::Setup choice_of(scene::Map const& map, Grid grid, bool chapters)
 {
     auto c = splat::homes_setup;
     auto const share = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
-    c.sizes = {chapters ? share / 2 + 1 : share, 8, 4, 3};
+    c.sizes = splat::homes::homes_sizes(chapters ? share / 2 + 1 : share, 8, 4, 3);
     return c;
 }
 void compare(scene::Map const& map, Grid grid, bool chapters, RendererOptions options)

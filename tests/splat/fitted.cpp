@@ -43,8 +43,8 @@ struct ByLimit : Lossless {
 };
 static_assert(Fitted<ByLimit, 3>::sizes.road == dynamic_capacity && Fitted<ByLimit, 3>::sizes.beam == dynamic_capacity);
 static_assert(Fitted<ByLimit, 3>::sizes.storage == 860 && Fitted<ByLimit, 0, true, false>::sizes.storage == 2000);
-static_assert(refitted({.storage = 1u << 30, .road = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).road == 1u << 30);
-static_assert(refitted({.storage = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).storage == 1u << 30);
+constexpr Setup huge = with(lossless, [](Setup& s) { s.sizes = {.storage = 1u << 30, .road = 1u << 30}; });
+static_assert(refitted(huge, huge).sizes.road == 1u << 30 && refitted(huge, huge).sizes.storage == 1u << 30);
 
 using Ledger = std::map<std::string, std::uint32_t>;
 template <class S>
@@ -316,7 +316,7 @@ TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every 
         auto const camera = support::lens(64, 48, turn);
         auto const frame = renderer->render(camera);
         auto const grid = renderer->grid();
-        auto const e = expected(gaussians, camera, renderer->tiling(), grid, renderer->setup().sizes.storage);
+        auto const e = expected(gaussians, camera, renderer->tiling(), grid, renderer->facts().sizes.storage);
         INFO("turn ", turn);
         CHECK(listed(frame.report, report::Cause::no_bloom) == e.copies);
         CHECK(frame.report.lost.size() == e.copies.size());

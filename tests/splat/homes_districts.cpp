@@ -35,7 +35,7 @@ render::Setup wafer_choice(std::uint32_t district)
 {
     auto c = splat::homes_setup;
     c.machine = wafer;
-    c.sizes = {25, 150, 8, 8};
+    c.sizes = splat::homes::homes_sizes(25, 150, 8, 8);
     c.district = district;
     return c;
 }
@@ -113,9 +113,9 @@ TEST_CASE("districts: what cannot work is refused")
     CHECK_THROWS_WITH_AS(render::layout_homes(wafer_choice(3), on({10, 10}), {640, 360}, 1000),
                          "districts of 3 x 3 tiles (a side is a power of 2); choose 1, 2, 4, ..., or 0 for the smallest that fits", Error);
     scene::Map const map = support::map_of(support::cloud(5, 1));
-    CHECK_THROWS_WITH_AS(Values(map, choice_of(4, {5, 5, 3, 2}), on({2, 2})),
+    CHECK_THROWS_WITH_AS(Values(map, choice_of(4, homes::homes_sizes(5, 5, 3, 2)), on({2, 2})),
                          "a choice with districts of 4 x 4 tiles (the renderer's policies have 2 x 2); give both the same", Error);
-    CHECK_NOTHROW(Values(map, choice_of(0, {5, 5, 3, 2}), on({2, 2})));
+    CHECK_NOTHROW(Values(map, choice_of(0, homes::homes_sizes(5, 5, 3, 2)), on({2, 2})));
     auto none = wafer_choice(0); // an error that no district removes is that of single tiles
     none.sizes.storage = 5000;
     CHECK_THROWS_WITH_AS(render::layout_homes(none, on({100, 100}), {640, 360}, 1000), doctest::Contains("held splats has"), Error);
@@ -129,12 +129,12 @@ TEST_CASE("districts: the picture is the naive loop's, bit for bit, for any grid
     struct Case {
         Grid grid;
         std::uint32_t district;
-        homes::Sizes sizes;
+        splat::Sizes sizes;
         bool fold;
     };
-    for (auto const& c : {Case{{4, 3}, 2, {100, 7, 3, 2}, true}, Case{{4, 3}, 1, {100, 7, 3, 2}, true}, Case{{5, 7}, 2, {100, 1, 1, 1}, false},
-                          Case{{5, 7}, 4, {100, 4, 1, 1}, true}, Case{{9, 11}, 2, {100, 2, 2, 3}, true}, Case{{1, 9}, 2, {100, 7, 1, 1}, true},
-                          Case{{9, 1}, 4, {100, 7, 1, 1}, true}, Case{{1, 1}, 2, {200, 20, 1, 1}, true}, Case{{6, 10}, 16, {100, 2, 1, 2}, false}}) {
+    for (auto const& c : {Case{{4, 3}, 2, homes::homes_sizes(100, 7, 3, 2), true}, Case{{4, 3}, 1, homes::homes_sizes(100, 7, 3, 2), true}, Case{{5, 7}, 2, homes::homes_sizes(100, 1, 1, 1), false},
+                          Case{{5, 7}, 4, homes::homes_sizes(100, 4, 1, 1), true}, Case{{9, 11}, 2, homes::homes_sizes(100, 2, 2, 3), true}, Case{{1, 9}, 2, homes::homes_sizes(100, 7, 1, 1), true},
+                          Case{{9, 1}, 4, homes::homes_sizes(100, 7, 1, 1), true}, Case{{1, 1}, 2, homes::homes_sizes(200, 20, 1, 1), true}, Case{{6, 10}, 16, homes::homes_sizes(100, 2, 1, 2), false}}) {
         INFO(c.grid.width, " x ", c.grid.height, " tiles, districts of ", c.district);
         auto const choice = choice_of(c.district, c.sizes);
         auto o = on(c.grid);

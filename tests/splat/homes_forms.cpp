@@ -61,6 +61,16 @@ void check_ledger(splat::Sizes const& sizes)
     }
     CHECK(render::sram_bytes_of(c) == Ledger::bytes(c.machine, sizes));
 }
+splat::Sizes laid_out(std::uint32_t homes, std::uint32_t held, std::uint32_t parcels, std::uint32_t waiting, std::uint32_t blocks, std::uint32_t columns,
+                      std::uint32_t tiles)
+{
+    auto sizes = splat::homes::homes_sizes(homes, held, parcels, waiting);
+    sizes.tile_blocks = blocks;
+    sizes.tile_pixels = 80 * blocks;
+    sizes.columns = columns;
+    sizes.tiles = tiles;
+    return sizes;
+}
 template <std::uint32_t Degree>
 void check_ledgers(splat::Sizes const& sizes)
 {
@@ -86,7 +96,7 @@ render::Setup choice_of(std::uint32_t degree)
 {
     auto c = splat::homes_setup;
     c.machine.sram_bytes = 1u << 24;
-    c.sizes = {100, 12, 3, 2};
+    c.sizes = splat::homes::homes_sizes(100, 12, 3, 2);
     c.sh_degree = degree;
     return c;
 }
@@ -158,7 +168,7 @@ void check_same_work(report::FrameReport const& a, report::FrameReport const& b)
 
 TEST_CASE("homes: the ledger of a choice is that of the program, line by line")
 {
-    for (splat::Sizes const& sizes : {Default::sizes, splat::Sizes{1, 1, 1, 1, 1, 80, 1, 1}, splat::Sizes{0, 7, 3, 2, 6, 480, 5, 35}}) {
+    for (splat::Sizes const& sizes : {Default::sizes, laid_out(1, 1, 1, 1, 1, 1, 1), laid_out(0, 7, 3, 2, 6, 5, 35)}) {
         check_ledgers<0>(sizes);
         check_ledgers<1>(sizes);
         check_ledgers<2>(sizes);
@@ -258,7 +268,7 @@ TEST_CASE("homes: hundreds of splats arrive on a tile in one pass, and some reac
     auto const map = map_of_degree(0, 700);
     auto const records = scene::records<splat::Gaussian>(map);
     auto c = choice_of(0);
-    c.sizes = {250, 700, 250, 250};
+    c.sizes = splat::homes::homes_sizes(250, 700, 250, 250);
     auto o = on_grid();
     o.grid = {3, 1};
     render::HomesRenderer<homes::ValuePolicies<>> values(map, c, o);

@@ -314,7 +314,7 @@ render::Setup choice_of(Case const& c)
 {
     auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 26;
-    choice.sizes = {c.homes != 0 ? c.homes : c.n / (c.grid.width * c.grid.height) + 1, std::max(c.held, 1u), 200, 200};
+    choice.sizes = splat::homes::homes_sizes(c.homes != 0 ? c.homes : c.n / (c.grid.width * c.grid.height) + 1, std::max(c.held, 1u), 200, 200);
     choice.rules = c.rules;
     return choice;
 }

@@ -137,7 +137,7 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
         INFO("depth ", depth, ", alpha ", alpha);
         auto choice = splat::homes_setup;
         choice.machine.sram_bytes = 1u << 24;
-        choice.sizes = {100, 12, 3, 2}; // several rounds
+        choice.sizes = splat::homes::homes_sizes(100, 12, 3, 2); // several rounds
         choice.depth = depth;
         choice.alpha = alpha;
         std::unique_ptr<AnyRenderer> types;

@@ -87,9 +87,10 @@ struct Referenced : S {
 /// The pixel of a host that serves setups with and without planes: all planes, or only a colour, as the parameters say.
 struct HostPixels : machine::Either<WithAlpha<WithDepth<FloatPixel>>, FloatPixel> {
     static constexpr char const* name = FloatPixel::name;
-    static constexpr ColourFormat colour_format = ColourFormat::float32;
     static constexpr bool has_depth = true, has_alpha = true;
 };
+template <>
+inline constexpr ColourFormat colour_format<HostPixels> = ColourFormat::float32;
 
 /// The policies of setups by reference as words: a program of these policies serves every setup `Referenced<S>` whose S has the library's
 /// routing, blending and colours. Pictures, counters, traces and digests are those of `PoliciesOf<Referenced<S>>`. A step that a setup

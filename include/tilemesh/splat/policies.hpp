@@ -220,7 +220,6 @@ inline constexpr Blended nothing_blended{{0, 0, 0}, 1, 0, 0};
 /// Linear RGB, not clamped: 12 bytes a pixel.
 struct FloatPixel {
     static constexpr char const* name = "float";
-    static constexpr ColourFormat colour_format = ColourFormat::float32;
     static constexpr bool has_depth = false, has_alpha = false;
     float rgb[3];
     static FloatPixel make(Blended const& b) noexcept { return {{b.rgb[0], b.rgb[1], b.rgb[2]}}; }
@@ -228,7 +227,6 @@ struct FloatPixel {
 /// The paper's pixel: 8 bits a channel, and a byte of padding because the machine stores whole words.
 struct Rgbx8Pixel {
     static constexpr char const* name = "rgbx8";
-    static constexpr ColourFormat colour_format = ColourFormat::rgbx8;
     static constexpr bool has_depth = false, has_alpha = false;
     std::uint32_t word;
     static Rgbx8Pixel make(Blended const& b) noexcept
@@ -244,17 +242,10 @@ struct Rgbx8Pixel {
         return 256.0f * v - (static_cast<float>(n) - 0.5f) < v ? n - 1 : n;
     }
 };
-/// The format of a pixel's colour; `own` if its type does not say one.
-template <class Pixel, class = void>
-inline constexpr ColourFormat colour_format = ColourFormat::own;
-template <class Pixel>
-inline constexpr ColourFormat colour_format<Pixel, std::void_t<decltype(Pixel::colour_format)>> = Pixel::colour_format;
-
 /// A pixel that also has a depth, sum(w z) / sum(w): view z in world units, 0 if no Gaussian took part. It costs 4 bytes more a pixel.
 template <class Colour>
 struct WithDepth {
     static constexpr char const* name = Colour::name;
-    static constexpr ColourFormat colour_format = splat::colour_format<Colour>;
     static constexpr bool has_depth = true, has_alpha = Colour::has_alpha;
     Colour colour;
     float depth;
@@ -264,12 +255,23 @@ struct WithDepth {
 template <class Colour>
 struct WithAlpha {
     static constexpr char const* name = Colour::name;
-    static constexpr ColourFormat colour_format = splat::colour_format<Colour>;
     static constexpr bool has_depth = Colour::has_depth, has_alpha = true;
     Colour colour;
     float alpha;
     static WithAlpha make(Blended const& b) noexcept { return {Colour::make(b), 1.0f - b.transmittance}; }
 };
+
+/// The format of a pixel's colour: one of the library's, or `own`.
+template <class Pixel>
+inline constexpr ColourFormat colour_format = ColourFormat::own;
+template <>
+inline constexpr ColourFormat colour_format<FloatPixel> = ColourFormat::float32;
+template <>
+inline constexpr ColourFormat colour_format<Rgbx8Pixel> = ColourFormat::rgbx8;
+template <class Colour>
+inline constexpr ColourFormat colour_format<WithDepth<Colour>> = colour_format<Colour>;
+template <class Colour>
+inline constexpr ColourFormat colour_format<WithAlpha<Colour>> = colour_format<Colour>;
 
 }}} // namespace tilemesh::splat
 TILEMESH_EXACT_END
