@@ -7,7 +7,8 @@ usage: planted.py check                       compares faults.txt with the files
        planted.py mutate [FILE|FOLDER]...     makes random faults in lines of include/ (or of these); prints the share
                                               that the tests catch, and the survivors
 options: -c COMPILER  (clang++-16, clang++, $CXX or c++: the first that is there)    -j JOBS  (all cores)
-         -d RESULTS   a file with a line per fault tried: a run that was stopped goes on where RESULTS ends
+         -d RESULTS   a file with a line per fault tried: a run that was stopped goes on where RESULTS ends. A fault is
+                      tried again if the file that it changes has changed, or, a survivor, with another -t
          -s SEED      (1), -n COUNT (60) of mutate: which lines, and how many
          -t TESTS     (5) of mutate: how many tests a fault meets at most; 0 is no limit
 
@@ -171,7 +172,7 @@ class Bench:
                     shutil.copytree(root / part, tree / part)
             if tree != self.pristine:
                 self.trees.put(tree)
-        self.made, self.locks, self.lock, self.running = {}, {}, threading.Lock(), set()
+        self.made, self.locks, self.lock, self.running, self.ended = {}, {}, threading.Lock(), set(), False
         self.env = dict(os.environ, LC_ALL="C", TILEMESH_FAST="1", TILEMESH_DATA="/nonexistent", OMPI_ALLOW_RUN_AS_ROOT="1",
                         OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1",
                         OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
@@ -180,6 +181,7 @@ class Bench:
             self.mpi = {word: self.call(["mpicxx.openmpi", f"--showme:{word}"])[1].split() for word in self.mpi}
 
     def end(self):
+        self.ended = True
         for process in list(self.running):
             try:
                 os.killpg(process.pid, signal.SIGKILL)
@@ -198,6 +200,8 @@ class Bench:
             os.killpg(process.pid, signal.SIGKILL)
             out, status = process.communicate()[0], None
         self.running.discard(process)
+        if self.ended:
+            raise SystemExit  # what was killed says nothing of a fault
         return status, out.decode(errors="replace")
 
     def once(self, make, *key):
@@ -233,8 +237,9 @@ class Bench:
         command, kit = self.once(self.kit, *flags)
         front = ["-DOMPI_SKIP_MPICXX", *self.mpi["compile"]] if test.startswith("mpi/") else []
         # The suite compiles the renderers of splat/runner.hpp apart. Here a file has their definition in front of it.
-        if re.search(r"(make_runner|fit_shared)<", (tree / f"tests/{test}.cpp").read_text()):
-            front += ["-include", tree / "tests/splat/shared/runner_of.hpp"]
+        runner = tree / "tests/splat/shared/runner_of.hpp"
+        if runner.is_file() and re.search(r"(make_runner|fit_shared)<", (tree / f"tests/{test}.cpp").read_text()):
+            front += ["-include", runner]
         folders = [f"-I{tree / name}" for name in ["include", "bench", "examples", "tests/poplar/standin"]]
         return self.call([*command, f"-ffile-prefix-map={tree}={self.pristine}", "-include", kit / "common.hpp", *front,
                           *folders, tree / f"tests/{test}.cpp", *rest])
@@ -329,7 +334,7 @@ def try_all(o, jobs):
     results, before = {}, {}
     if o["-d"] and Path(o["-d"]).is_file():
         rows = [row.split("\t") for row in Path(o["-d"]).read_text().splitlines()]
-        before = {row[0]: row[1:] for row in rows if len(row) == 3}
+        before = {row[0]: row[2:] for row in rows if len(row) == 4 and (row[2] == "caught" or row[1] == o["-t"])}
     left = [job for job in jobs if job[0] not in before]
     print(f"{len(jobs)} faults, {len(jobs) - len(left)} of them tried before", flush=True)
     if not left:
@@ -349,7 +354,7 @@ def try_all(o, jobs):
         print(f"{word}: {text} in {time.time() - begin:.0f} s", flush=True)
         if o["-d"] and word not in ["unfit", "skipped"]:
             with open(o["-d"], "a") as file:
-                file.write(f"{key}\t{word}\t{text}\n")
+                file.write(f"{key}\t{o['-t']}\t{word}\t{text}\n")
         return word, text
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
@@ -530,7 +535,7 @@ def mutate(o, wanted):
             return "survives", " ".join(said["survives"]) or "compiled into none of " + " ".join(said["same"])
 
         title = f"{file}:{i + 1}: {name}: {rows[i].strip()}  =>  {new.strip()}"
-        jobs.append((key_of(text, o["-t"], *chosen), title, attempt, {file: text}))
+        jobs.append((key_of(text, title), title, attempt, {file: text}))
     if not jobs:
         fail(f"no line of {' '.join(wanted)} can hold a fault; name headers or folders below include/")
     print(f"{len(lines)} lines can hold a fault; seed {o['-s']}")
