@@ -25,11 +25,11 @@ How `mutate` chooses.
 - Operators: < and <=, > and >=, && and ||, a constant (n + 1, n - 1, 1.25 x), a negated condition, two swapped arguments
   of a call, a dropped statement.
 - Tests: the files tests/PART/*.cpp that include the header, through other headers too, except page, torture and fuzz;
-  those of mpi/ only for headers of mpi/ and render/ranks/. Points order them. Each word of the header that a test also
-  says gives 1 / (number of tests that say the word), and four times as much if it stands within ten lines of the fault.
-  The test with the header's name gets 8 points, each of the same part 4, each that names the header in an #include 2.
-  They try the fault in this order until one fails or TESTS of them pass. A test whose object code the fault does not
-  change does not count; after 4 TESTS of those, no more are tried.
+  those of mpi/ only for headers of mpi/ and render/ranks/, and those of poplar/ only for headers of poplar/. Points order
+  them. Each word of the header that a test also says gives 1 / (number of tests that say the word), and four times as
+  much if it stands within ten lines of the fault. The test with the header's name gets 8 points, each of the same part 4,
+  each that names the header in an #include 2. They try the fault in this order until one fails or TESTS of them pass. A
+  test whose object code the fault does not change does not count; after 4 TESTS of those, no more are tried.
 
 What the result means. A fault is caught if a test fails, crashes or hangs, or if a static assertion fails. A fault that
 does not compile for another reason counts neither way. A survivor passed all tests that it met. It is an equivalent (no
@@ -485,11 +485,14 @@ def mutate(o, wanted):
             tests[f"{source.parent.name}/{source.stem}"] = words_of(source.read_text())
     said_by = collections.Counter(word for words in tests.values() for word in words)
 
+    own = {"mpi": {"mpi", "ranks"}, "poplar": {"poplar"}}  # expensive, and the same code as on one host
+
     def nearest(file, around, text):
         stem, folders, points = re.sub("_code$", "", Path(file).stem), Path(file).parts, {}
         for test, words in tests.items():
             source = f"tests/{test}.cpp"
-            if file in reached(source) and (not test.startswith("mpi/") or {"mpi", "ranks"} & set(folders)):
+            part = test.split("/")[0]
+            if file in reached(source) and (part not in own or own[part] & set(folders)):
                 near = words_of(around) & words
                 points[test] = sum(1 / said_by[w] for w in words_of(text) & words) + 3 * sum(1 / said_by[w] for w in near)
                 points[test] += 8 * (stem == test.split("/")[1]) + 4 * (test.split("/")[0] in folders)
