@@ -86,7 +86,8 @@ std::string table(std::vector<Products> const& products)
                        "|---|--:|--:|--:|--:|--:|--:|\n";
     for (auto const& p : products) {
         text += "| " + p.map + " | " + fixed(100 * p.blend_share, 1) + " | " + fixed(p.bound, 2) + " | " +
-                fixed(p.bound_of_colours, 2) + " | " + db(p.colours_db) + " | " + db(p.both_db) + " | " + bench::scientific(p.both_rmse, 2) + " |\n";
+                fixed(p.bound_of_colours, 2) + " | " + db(p.colours_db) + " | " + db(p.both_db) + " | " +
+                bench::scientific(p.both_rmse, 2) + " |\n";
     }
     return text;
 }

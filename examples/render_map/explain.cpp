@@ -136,7 +136,8 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     bool const clamps = options.choice.preset != Preset::lossless || options.renderer.quality == splat::Quality::training;
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
-                       tilemesh::significant(double{seen.least_opacity}, 3) + " to " + tilemesh::significant(double{seen.greatest_opacity}, 3) + ")" +
+                       tilemesh::significant(double{seen.least_opacity}, 3) + " to " +
+                       tilemesh::significant(double{seen.greatest_opacity}, 3) + ")" +
                        (clamps ? ", and the preset or the quality clamps" : "; preset lossless never clamps")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"

@@ -396,8 +396,8 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                     ", arithmetic " + run.policies.arithmetic + ", hops " +
                                     (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
                    {"cut-offs", "quality " + run.quality + ": alpha_min " + report::significant(run.cut_offs.alpha_min, 3) +
-                                    ", transmittance_min " + report::significant(run.cut_offs.transmittance_min, 3) + ", alpha_max " +
-                                    report::significant(run.cut_offs.alpha_max, 3)},
+                                    ", transmittance_min " + report::significant(run.cut_offs.transmittance_min, 3) +
+                                    ", alpha_max " + report::significant(run.cut_offs.alpha_max, 3)},
                    {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
                    {"frames", thousands(frames_)}};
     if (energy_model_) facts.emplace_back("energy model", energy_model_->name);

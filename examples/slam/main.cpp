@@ -241,7 +241,8 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
                 json.member("optimiser", slam::name_of(o.optimiser));
                 json.member("map_sha256", shared::sha256(bytes));
                 json.member("evaluations", out.evaluations);
-                json.member("keyframe_host_ms", out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count)));
+                json.member("keyframe_host_ms",
+                            out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count)));
                 json.member("host_ms_per_frame", out.all_ms / frames);
             }));
         });

@@ -270,8 +270,8 @@ std::string text_of_number(double value, Write const& write)
 }
 } // namespace detail
 
-/// The text of a number, independent of the locale: the shortest that reads back as this number; with `digits` digits after the point, at
-/// most 80; with at most `digits` significant digits. A number that is not finite is "inf", "-inf" or "NaN".
+/// The text of a number, independent of the locale: the shortest that reads back as this number; with `digits` digits after the
+/// point, at most 80; with at most `digits` significant digits. A number that is not finite is "inf", "-inf" or "NaN".
 inline std::string number_text(double value)
 {
     return detail::text_of_number(value, [&](char* first, char* last) { return write_number(first, last, value); });

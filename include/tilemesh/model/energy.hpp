@@ -82,8 +82,8 @@ struct Energy {
 /// trace.
 TILEMESH_HOST Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace const& trace, Grid grid);
 
-/// Reads a model from text: `#` comments, `energy NAME`, then one event a line, `name value unit source`, in any order, each at most once.
-/// Throws `Error`, one line that names `file_name` and the line, for any other text.
+/// Reads a model from text: `#` comments, `energy NAME`, then one event a line, `name value unit source`, in any order, each at
+/// most once. Throws `Error`, one line that names `file_name` and the line, for any other text.
 TILEMESH_HOST EnergyModel read_energy_model(std::istream& in, std::string const& file_name);
 
 }} // namespace tilemesh

@@ -9,15 +9,19 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
-/// A JSON string with its quotes. Of bytes that are no UTF-8 (RFC 3629), each longest beginning of a character becomes U+FFFD, because JSON
-/// cannot express them. The bytes are those that nlohmann-json prints.
+/// A JSON string with its quotes. Of bytes that are no UTF-8 (RFC 3629), each longest beginning of a character becomes U+FFFD,
+/// because JSON cannot express them. The bytes are those that nlohmann-json prints.
 TILEMESH_HOST std::string json_string(std::string_view text);
 
-/// Writes JSON text and builds no document: a document allocates in its destructor, and without memory that would end the process.
+/// Writes JSON text and builds no document: a document allocates in its destructor, and without memory that would end the
+/// process.
 class JsonText {
 public:
-    /// `indent`: blanks for each level, and a line for each member and item; 0: all in one line. `number`: the text of a finite number.
-    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number) {}
+    /// `indent`: blanks for each level, and a line for each member and item; 0: all in one line. `number`: the text of a finite
+    /// number.
+    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number)
+    {
+    }
 
     /// Writes a number, a truth value, nullptr or a text. JSON has no number that is not finite: it becomes null.
     template <class T>

@@ -224,7 +224,8 @@ struct RouteOperations {
             for (auto const& m : in[d]) settled += ends_here<S>(here, *frame, m) ? 1 : 0;
         }
         std::uint32_t const home = arrived > left ? arrived - left : 0;
-        std::uint32_t const own = left > arrived ? left - arrived : 0; // of the tile's own records; to find them it looks at all marks
+        // To find its own records that leave, the tile looks at all marks.
+        std::uint32_t const own = left > arrived ? left - arrived : 0;
         Operations o;
         o[Operation::routed] = arrived + left;
         o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;

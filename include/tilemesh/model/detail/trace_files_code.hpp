@@ -180,7 +180,9 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     for (std::size_t l = 0; l < round_track.size(); ++l) {
         if (round_track[l] == 0) continue;
         auto const of_step = [&](std::uint32_t step) { return step_names(trace)[step]; };
-        name_track(round_track[l], loops_shown == 1 ? "\"rounds\"" : report::json_string("rounds of " + of_step(trace.loops[l].first) + " to " + of_step(trace.loops[l].last)));
+        name_track(round_track[l], loops_shown == 1 ? "\"rounds\""
+                                                    : report::json_string("rounds of " + of_step(trace.loops[l].first) +
+                                                                          " to " + of_step(trace.loops[l].last)));
     }
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
@@ -217,7 +219,8 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
             begin_span(track[t.tile], names[c.step], i, now, cycles);
             auto const& operations = operations_of_step(trace, s.step);
             for (std::size_t kind = 0; kind < operations.size(); ++kind)
-                if (auto const count = t.operations.count[kind]; count != 0) text << "," << report::json_string(operations[kind]) << ":" << count;
+                if (auto const count = t.operations.count[kind]; count != 0)
+                    text << "," << report::json_string(operations[kind]) << ":" << count;
             if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
             text << "}}";
         }

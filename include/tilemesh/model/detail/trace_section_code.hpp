@@ -59,7 +59,9 @@ TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& 
     }
     for (auto const& map : maps) {
         auto const [least, most] = report::finite_range(map.values);
-        auto const shown = [&](double value) { return map.unit == "J" ? report::significant(value, 6) : report::short_number(value); };
+        auto const shown = [&](double value) {
+            return map.unit == "J" ? report::significant(value, 6) : report::short_number(value);
+        };
         auto const unit = map.unit.empty() ? "" : " " + map.unit;
         if (least == most) {
             section.flat_maps.push_back(map.title + ": " + map.what + ". It is " + shown(most) + unit + " on every tile.");
@@ -167,7 +169,8 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
             if (event.count != 0) // every event with a count has an energy
                 section.energy_kinds.push_back({event.name, thousands(event.count),
                                                 thousands(model_detail::find_energy(*page.energy, event.name)->value),
-                                                report::significant(event.joules, 6), share_text(event.joules, energy->joules)});
+                                                report::significant(event.joules, 6),
+                                                share_text(event.joules, energy->joules)});
         for (std::size_t s = 0; s < steps.size(); ++s)
             section.energy_steps.push_back({steps[s].name, report::significant(energy->joules_of_step[s], 6),
                                             share_text(energy->joules_of_step[s], energy->joules)});

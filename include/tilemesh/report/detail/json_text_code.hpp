@@ -9,8 +9,8 @@
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
 
-/// The bytes at the front of `text` that begin a UTF-8 character, and whether they are a whole one. RFC 3629 allows no longer form than
-/// needed, no surrogate, and nothing above U+10FFFF.
+/// The bytes at the front of `text` that begin a UTF-8 character, and whether they are a whole one. RFC 3629 allows no longer
+/// form than needed, no surrogate, and nothing above U+10FFFF.
 struct Utf8 {
     std::size_t bytes;
     bool whole;

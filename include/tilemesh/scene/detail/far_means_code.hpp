@@ -49,7 +49,8 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
     double away = 0.0;
     for (double const each : *origin) {
         // A whole number in full: 5000000, not 5e+06. Above 2^53 there are no such places.
-        where.append(where.empty() ? "" : ", ").append(std::fabs(each) < 9e15 ? std::to_string(static_cast<std::int64_t>(each)) : number_text(each));
+        where.append(where.empty() ? "" : ", ")
+            .append(std::fabs(each) < 9e15 ? std::to_string(static_cast<std::int64_t>(each)) : number_text(each));
         away = std::fmax(away, std::fabs(each));
     }
     float const there = static_cast<float>(away);

@@ -337,7 +337,8 @@ TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses)
         auto const q = quaternion_of(glm::transpose(pose.rotation));
         for (double const value : {seconds, pose.position.x, pose.position.y, pose.position.z, q[1], q[2], q[3], q[0]}) {
             if (!(std::fabs(value) <= detail::largest_number))
-                throw Error("a trajectory cannot be written (the pose at " + number_text(seconds) + " s has a number that is not finite, or above 1e37); write finite poses");
+                throw Error("a trajectory cannot be written (the pose at " + number_text(seconds) +
+                            " s has a number that is not finite, or above 1e37); write finite poses");
             text += number_text(value);
             text += ' ';
         }
