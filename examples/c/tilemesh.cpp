@@ -1320,10 +1320,7 @@ char const* tilemesh_handle::trajectory(char const* name, void const* bytes, std
     char const* const formats[] = {"tum", "euroc", "kitti", "replica"};
     std::string text = std::string("{\"format\":\"") + formats[static_cast<std::size_t>(poses.format)] + "\",\"stamps\":" + (poses.has_stamps() ? "true" : "false") + ",\"notes\":" +
                        dumped(Json(scene::trajectory_notes(poses))) + ",\"poses\":[";
-    auto const put = [&text](double value) {
-        std::array<char, 32> digits{};
-        text.append(digits.data(), tilemesh::write_number(digits.data(), digits.data() + digits.size(), value).ptr);
-    };
+    auto const put = [&text](double value) { text += tilemesh::number_text(value); };
     for (auto const& [seconds, pose] : poses) {
         text += &seconds == &poses.front().seconds ? "{\"seconds\":" : ",{\"seconds\":";
         put(seconds);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <tilemesh/report/string_stream.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -17,14 +17,6 @@ namespace {
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using tilemesh::report::thousands;
-
-std::string short_number(float v)
-{
-    tilemesh::report::StringStream out;
-    out.precision(3);
-    out << v;
-    return out.str();
-}
 
 /// The bytes that a step takes on a tile, without its share of the storage.
 std::uint64_t bytes_of(tilemesh::splat::Setup setup, bool tilemesh::splat::Setup::*step)
@@ -151,7 +143,8 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     bool const clamps = options.choice.preset != Preset::lossless || options.renderer.quality == splat::Quality::training;
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
-                       short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
+                       tilemesh::significant(double{seen.least_opacity}, 3) + " to " +
+                       tilemesh::significant(double{seen.greatest_opacity}, 3) + ")" +
                        (clamps ? ", and the preset or the quality clamps" : "; preset lossless never clamps")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
@@ -64,8 +65,9 @@ TILEMESH_HOST std::vector<std::string> rgbd_notes(std::vector<RgbdFrame> const& 
         if (far++ == 0 || apart(i) > apart(furthest)) furthest = i;
     }
     if (far == 0) return {};
-    return {"pictures whose depth is more than " + detail::text_of(most_seconds_apart) + " s away: " + std::to_string(far) + ", the furthest is " +
-            detail::text_of(apart(furthest)) + " s away, of the picture at " + detail::text_of(frames[furthest].colour.seconds)};
+    return {"pictures whose depth is more than " + number_text(most_seconds_apart) + " s away: " + std::to_string(far) +
+            ", the furthest is " + number_text(apart(furthest)) + " s away, of the picture at " +
+            number_text(frames[furthest].colour.seconds)};
 }
 
 TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name)
