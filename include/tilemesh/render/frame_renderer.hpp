@@ -25,10 +25,7 @@ namespace render {
 
 /// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
-///
-/// The way of a Gaussian: `RecordTable` (the map) - `RecordKeeper` (onto tiles) - `ScreenCache` (projected, by reference) - the program
-/// splat::Frame on the mesh, whose kernels read it through `splat::Access` (by reference: splat/references.hpp) - `Host::picture`.
-/// render/ranks/host.hpp says what differs on an engine over several processes.
+/// render/ranks/host.hpp says what differs on an engine over several processes. CONTRIBUTING.md names the files on the way of a Gaussian.
 template <class P, template <class, class> class Engine, class Machine>
 class FrameRenderer {
 public:
