@@ -174,7 +174,8 @@ public:
     template <class C>
     static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
     {
-        return (ends_in<C> + ends_out<C>) * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
+        return (ends_in<C> + ends_out<C>) *
+               (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
     }
     /// The SRAM that channel C takes in addition to the channels whose memory it shares. A channel with its own memory takes all of it.
     template <class C, class Sizes>

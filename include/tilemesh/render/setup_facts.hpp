@@ -155,7 +155,8 @@ void check_facts(SetupFacts const& facts)
                  (facts.policies.carried != 0) == P::Addressing::carried && (facts.policies.reusable != 0) == P::Copies::reusable;
     }
     if (!serves)
-        throw Error(std::string("setup ") + facts.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
+        throw Error(std::string("setup ") + facts.name +
+                    " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
                     "or rules do); choose the renderer with the setup's policies");
 }
 

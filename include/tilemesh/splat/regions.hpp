@@ -32,8 +32,8 @@ struct Storage : Buffer<typename P::Record> {
     static constexpr auto slots = &Sizes::storage;
 };
 } // namespace region
-/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for each
-/// slot.
+/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for
+/// each slot.
 template <class S>
 using Storage = region::Storage<PoliciesOf<S>>;
 

@@ -213,7 +213,8 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     for (std::size_t l = 0; l < round_track.size(); ++l) {
         if (round_track[l] == 0) continue;
         auto const of_step = [&](std::uint32_t step) { return step_names(trace)[step]; };
-        name_track(round_track[l], loops_shown == 1 ? "\"rounds\"" : json_string("rounds of " + of_step(trace.loops[l].first) + " to " + of_step(trace.loops[l].last)));
+        name_track(round_track[l], loops_shown == 1 ? "\"rounds\""
+                   : json_string("rounds of " + of_step(trace.loops[l].first) + " to " + of_step(trace.loops[l].last)));
     }
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
