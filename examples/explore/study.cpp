@@ -292,7 +292,7 @@ private:
     void add_machines(Value const& value)
     {
         auto const load = [&](std::string const& name) {
-            return shared::load_model(file(name), tilemesh::read_machine_file, "machine", "name a file as machines/mk2.txt");
+            return shared::load_model(file(name), tilemesh::read_machine_file, "machine", "name a file as examples/machines/mk2.txt");
         };
         if (value.is_text()) return add_machine(load(value.text()));
         auto const of_file = value.is_object() ? value.get("file") : std::nullopt;

@@ -16,7 +16,7 @@ void load_machine(Options& options)
 {
     if (!options.machine) return;
     auto file = std::make_shared<tilemesh::MachineFile const>(
-        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as machines/bow.txt"));
+        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as examples/machines/bow.txt"));
     options.choice.file = size_of(*file);
     options.choice.channel_slots = options.channel_slots.value_or(0);
     auto const grid = grid_of(*file);

@@ -11,9 +11,9 @@
 namespace tilemesh { inline namespace v0_2 {
 
 /// Returns a renderer whose pictures are complete, for a map of any density and for any cameras, on host threads. `Base` is a setup of
-/// the library that holds (`Hold`). It runs `options.program`. `automatic` runs the anchored program until a frame would lack something, then the program of homes
-/// (AutoRenderer). A bound on rounds (`options.rounds`) may leave tiles unfinished; a bound on hops keeps `automatic` on the anchored
-/// program.
+/// the library that holds (`Hold`). It runs `options.program`. `automatic` runs the anchored program until a frame would lack something, then the
+/// program of homes (AutoRenderer). A bound on rounds (`options.rounds`) may leave tiles unfinished; a bound on hops keeps `automatic` on the
+/// anchored program.
 ///
 /// Throws Error if the machine has no room for the map: each record needs a place on some tile, whichever program runs; also for options
 /// that only the other program has (homes: no `tile`, no `hops`).

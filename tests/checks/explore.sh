@@ -101,9 +101,9 @@ study_of() {
         sed '1s/{/{"size": [80, 48], /' >"$1.json"
     [ "$(wc -l <"$1.json")" -ge 2 ] || fail "the README has no study $1"
 }
-readme=$machines/../examples/README.md
-mkdir machines
-cp ./*.txt machines
+readme=$machines/../README.md
+mkdir -p examples/machines
+cp ./*.txt examples/machines
 for map in salad sloth room; do cp one.ply $map.ply; done
 comma=
 printf '{"cameras": [' >cameras.json

@@ -238,7 +238,7 @@ if [ -e "$work/track.help" ] && [ -e "$work/scaling.help" ]; then
         done
     done
 fi
-mkdir "$work/run" && cp -R "$project/machines" "$work/run" && cd "$work/run" || exit 1
+mkdir -p "$work/run/examples" && cp -R "$project/examples/machines" "$work/run/examples" && cd "$work/run" || exit 1
 # A map of three balls, the cameras that examples/README.md shows, a walk, an energy model.
 {
     printf 'ply\nformat ascii 1.0\nelement vertex 3\n'

@@ -83,6 +83,9 @@ refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann
 refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" | grep -vE "^($json): " || true)"
 # shellcheck disable=SC2086
 refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
+# shellcheck disable=SC2086
+refuse "lines over the limit of .clang-format" "$(awk -v most="$(sed -n 's/^ColumnLimit: //p' ../../.clang-format)" \
+    'length > most { print FILENAME ":" FNR ": " length }' $all compiled/*.cpp)"
 version=$(sed -nE 's/^#define TILEMESH_VERSION ([0-9]+).*/\1/p' config.hpp)
 inside="namespace tilemesh \\{ inline namespace v$((version / 10000))_$((version / 100 % 100)) \\{"
 # shellcheck disable=SC2086

@@ -1,5 +1,5 @@
 // test: unoptimised test asan, without tsan
-// Machines as files: those of machines/ with their sources, the prices that follow, and what is refused in one line.
+// Machines as files: those of examples/machines/ with their sources, the prices that follow, and what is refused in one line.
 #include "../engine/everywhere.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>

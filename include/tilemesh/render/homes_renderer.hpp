@@ -50,9 +50,8 @@ void check_homes(Setup const& s)
 /// `P`: policies of splat/homes (by reference or by value). `Engine`: Mesh, CheckedMesh or PoplarMesh; by value also MpiMesh. Records never
 /// move, so a new view sends every visible splat again; an unchanged view runs nothing.
 ///
-/// The way of a Gaussian: `HomesRecords` (the map, and a row's home) - `tell` (projected, by reference) - the program splat::homes::Frame on the
-/// mesh - `copy_blocks`. On an engine over several processes (render/ranks/host.hpp), records and pixels may have more than the choice asks for,
-/// which changes no result: the ledger is that of the choice.
+/// CONTRIBUTING.md names the files on the way of a Gaussian. On an engine over several processes (render/ranks/host.hpp), records and
+/// pixels may have more than the choice asks for, which changes no result: the ledger is that of the choice.
 template <class P, template <class, class> class Engine = Mesh, class Machine = AnyMachine>
 class HomesRenderer : public AnyRenderer {
 public:

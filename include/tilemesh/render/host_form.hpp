@@ -10,9 +10,9 @@
 /// The host's form of the frame program: tiles and channels hold references to the rows of a table instead of records.
 ///
 /// The machine moves values: records of 60 bytes or more, and each tile projects its own records. A host that simulates the machine has one
-/// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The same kernels run
-/// on both forms (splat/access.hpp; by reference, splat/references.hpp). Both forms have the same capacities in slots, bytes on the wire,
-/// counters and pictures, bit for bit.
+/// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The kernels of both
+/// forms are one text, which asks `splat::Access` (by reference: splat/references.hpp); where `Access::on_host` holds, those of homes take a
+/// shortcut that leaves the same words. Both forms have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
 ///
 /// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies

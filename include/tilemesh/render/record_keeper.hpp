@@ -59,7 +59,8 @@ public:
             for_each_tile(host, [&](TileId tile) { all.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile)); });
             all.parked += parked_;
             if (host_keeps)
-                all.visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return records_.has_row(row); }));
+                all.visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(),
+                                                                        [&](auto row) { return records_.has_row(row); }));
             for (auto const row : under_way_)
                 if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? all.visible : all.parked);
         });

@@ -337,8 +337,9 @@ void put_json(RunReport const& run, Put const& put)
 } // namespace detail
 
 /// report.json of a run, keys in a fixed order; report.schema.json beside this header describes it. Null stands for the PSNR of two
-/// equal pictures (it is infinite), for the measures of pictures that were not compared, for the path of a map without a file, for no advice, and for the tile of a lost record that is on no
-/// tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile that lacks it.
+/// equal pictures (it is infinite), for the measures of pictures that were not compared, for the path of a map without a file, for no advice, and for
+/// the tile of a lost record that is on no tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile
+/// that lacks it.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then

@@ -80,7 +80,8 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 #if defined(__clang__)
     for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(i)); // written out, Clang 16 would spill more registers
 #else
-    if constexpr (Degree > 4) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
+    if constexpr (Degree > 4)
+        p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
     if constexpr (Degree > 3) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(3));
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(2));
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(1));

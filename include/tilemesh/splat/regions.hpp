@@ -64,8 +64,8 @@ struct Storage : Buffer<typename P::Record> {
     static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return record_bytes(s); }
 };
 } // namespace region
-/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for each
-/// slot.
+/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for
+/// each slot.
 template <class S>
 using Storage = region::Storage<PoliciesOf<S>>;
 

@@ -190,7 +190,8 @@ struct RouteStep {
         }
         if (flow.leaving == 0) return;
         std::uint32_t no_credit = 0;
-        for (std::uint32_t i = 0, n = short_of_credit != 0 ? marks.size() : 0; i < n; ++i) no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
+        for (std::uint32_t i = 0, n = short_of_credit != 0 ? marks.size() : 0; i < n; ++i)
+            no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
         counts.no_credit += no_credit;
         counts.channel_full += flow.leaving - no_credit;
     }

@@ -46,7 +46,10 @@ TILEMESH_HOST Extent2 tracking_tile(Extent2 frame, MachineSize const& machine) n
 namespace splat {
 template <>
 struct Access<track::PoseTableParameters> : TableAccess<track::PoseTableParameters> {
-    TILEMESH_KERNEL static pose::Terms const& terms_of(track::PoseTableParameters const& frame, SplatRow s) noexcept { return frame.terms.get()[s.row]; }
+    TILEMESH_KERNEL static pose::Terms const& terms_of(track::PoseTableParameters const& frame, SplatRow s) noexcept
+    {
+        return frame.terms.get()[s.row];
+    }
 };
 namespace pose {
 template <>
@@ -81,7 +84,8 @@ struct EvaluatorOptions {
 };
 
 /// Evaluates poses of a camera on a mesh of tiles: the least-squares sums of a picture against a map, by forward mode or by gradients of
-/// the picture. It loads the map's records onto the tiles once; records and copies stay there between evaluations, so that a small step moves few records.
+/// the picture. It loads the map's records onto the tiles once; records and copies stay there between evaluations, so that a small step moves few
+/// records.
 ///
 /// A tile's storage has as many slots as the machine's SRAM leaves for tiles of this size (`splat::pose::sizes_on`).
 ///
@@ -180,9 +184,11 @@ BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map map, Extent2 frame,
     bool const follows = options.tile.width == 0 && options.tile.height == 0;
     layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
                                    machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
-    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, by_reference ? records_.map().sh_degree : degree);
+    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height,
+                                                                     by_reference ? records_.map().sh_degree : degree);
     if (sizes_.storage == 0)
-        throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
+        throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) +
+                    " pixels (machine " + machine.name +
                     " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
 }
 

@@ -129,7 +129,8 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
     for (std::size_t i = 0; i < steps.size(); ++i) {
         exchanges += steps[i].exchanges;
         busy = std::accumulate(cost.busy[i].begin(), cost.busy[i].end(), busy);
-        if (steps[i].tile_runs != 0 && model_detail::operations_of_step(trace, i).empty()) uncounted += (uncounted.empty() ? "" : ", ") + steps[i].name;
+        if (steps[i].tile_runs != 0 && model_detail::operations_of_step(trace, i).empty())
+            uncounted += (uncounted.empty() ? "" : ", ") + steps[i].name;
     }
     if (!uncounted.empty())
         section.notes = "The kernels of these steps count no operations, so that their compute costs no more than to start them: " + uncounted + ".";
@@ -219,7 +220,8 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent, with heads"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
-        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes", "slowest tile and its operations"})
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes",
+                                   "slowest tile and its operations"})
             headers.emplace_back(header);
     }
     html.table(headers, section.steps);
@@ -258,7 +260,8 @@ TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Regio
     }
     rows.push_back({"in the budget", "", thousands(sum),
                     sram_bytes == 0 ? ""
-                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " + thousands(sram_bytes)});
+                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " +
+                                        thousands(sram_bytes)});
     html.folded_section("Ledger of a tile's SRAM", report::HtmlFold::closed, [&] { html.table({"region", "what", "bytes", ""}, rows); });
 }
 

@@ -68,8 +68,10 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
             double const rest = cut_off.empty() ? 0.0 : static_cast<double>(cut_off[i][axis]);
             mean = static_cast<float>(static_cast<double>(mean) - (*origin)[axis] + rest);
         }
-    map.notes.push_back("the means are far from 0 against their spread: the origin " + where + " is subtracted from the map, and from cameras and trajectories" +
-                        (cut_off.empty() ? "; the file has float32, and " + steps + ": export the map as PLY with double columns x, y, z, or with an origin subtracted"
+    map.notes.push_back("the means are far from 0 against their spread: the origin " + where +
+                        " is subtracted from the map, and from cameras and trajectories" +
+                        (cut_off.empty() ? "; the file has float32, and " + steps +
+                                               ": export the map as PLY with double columns x, y, z, or with an origin subtracted"
                                          : ""));
 }
 
