@@ -1,11 +1,7 @@
 // test: unoptimised test asan tsan
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/any_to_any.hpp>

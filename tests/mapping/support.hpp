@@ -1,10 +1,6 @@
 #pragma once
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <tilemesh/mapping/refiner.hpp>
-#include <vector>
 
 namespace support::mapping {
 

@@ -1,7 +1,5 @@
 // test: unoptimised test asan, without tsan
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <sstream>
+#include "../standard.hpp"
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
@@ -25,12 +23,7 @@ CostModel read(std::string const& text)
 }
 std::string refusal(std::string const& text)
 {
-    try {
-        read(text);
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return "";
+    return tests::error_of([&] { read(text); });
 }
 /// mk2() as a file, with the first `from` replaced by `to`.
 std::string changed(std::string const& from, std::string const& to)

@@ -6,6 +6,7 @@
 
 // Channels of all three edges as a Poplar graph. At an edge of the grid, messages come back, are dropped, or arrive at the other end.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 TILEMESH_VERTEX(edges_call_reflecting, Traced<Mk2>, Edges, Call<Edge::reflect>)
 TILEMESH_VERTEX(edges_call_dropping, Traced<Mk2>, Edges, Call<Edge::drop>)

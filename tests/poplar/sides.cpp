@@ -7,6 +7,7 @@
 
 // Channels that have some of the four sides as a Poplar graph: variables, edges of vertices and copies for their ends alone.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 using Reflecting = Some<Edge::reflect, Sides::north | Sides::west>;
 using Dropping = Some<Edge::drop, Sides::east>;

@@ -1,13 +1,7 @@
 // The blending kernels without a mesh: a frame's splats, front to back, blended tile by tile.
 #pragma once
 #include "support.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 namespace support {
 

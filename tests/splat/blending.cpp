@@ -1,14 +1,6 @@
 // test: without tsan
 #include "blended.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <tilemesh/report/naive.hpp>
-#include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

@@ -2,13 +2,7 @@
 // Blending in cells: the lists of cells, the recurrence and its exceptions, against precise arithmetic and against double precision.
 #include "blended.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <doctest/doctest.h>
-#include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/logarithm.hpp>
-#include <utility>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

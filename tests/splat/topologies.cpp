@@ -1,13 +1,8 @@
 // test: unoptimised test asan, without tsan
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <doctest/doctest.h>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/splat/topologies.hpp>
-#include <type_traits>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,13 +1,7 @@
 #pragma once
 #include "../splat/support.hpp"
 #include "naive_kernel.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <limits>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 // The true alpha, the error that the rounding of its inputs excuses, and the alpha of a kernel.
 namespace stability {
