@@ -1,7 +1,8 @@
 # Several files of a part are one unit of the compiler: it reads their headers once, and instantiates once what they share. That takes half
-# the time. A unit first includes the headers of all its files, and then each file in a namespace of its own, so that names never collide.
-# Alone stay: a file with #if, #define or a global operator new, and one that includes a .cpp file.
-# Files of one unit have equal options, and `without test` applies to all of them or to none: so the presets test and ci share units.
+# the time. A unit includes the headers of all its files, then each file in a namespace of its own, so that names do not collide. Files of
+# one unit have equal options, and `without test` applies to all of them or to none: so the presets test and ci share units.
+# These files stay alone: those with the attribute, with #if or #define, without a test case, that include a .cpp file, and those of poplar/.
+# A build without TILEMESH_TEST_BUILD has one unit a file: it shows that each file includes what it uses.
 set(tilemesh_batch_bytes 75000)
 
 # Appends to LIST the unit of SOURCE, if it is a new one.

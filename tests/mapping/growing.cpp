@@ -1,5 +1,6 @@
 // test: unoptimised test, cost 5
 #include "../slam/support.hpp"
+#include "support.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/map/grow.hpp>
@@ -106,13 +107,7 @@ Result on_a_mesh(Case const& c, MapperOptions const& m, mapping::MeshRefineOptio
     out.records = mesh.map().gaussians;
     return out;
 }
-/// The messages of a kernel's steps in the last run.
-std::uint64_t messages_of(RunCounters const& run, std::string const& kernel)
-{
-    std::uint64_t n = 0;
-    for (auto const& s : run.steps) n += s.kernel == kernel ? s.messages : 0;
-    return n;
-}
+using support::mapping::messages_of;
 } // namespace
 
 TEST_CASE("growth on the mesh: after three keyframes, the map has the records, ids and order of the host's mapper")

@@ -97,13 +97,7 @@ Result on_a_mesh(Case const& c, mapping::MeshRefineOptions const& o)
 using OnThreads = mapping::MeshRefiner<SecondMomentByKind>;
 using Checked = mapping::MeshRefiner<SecondMomentByKind, CheckedMesh>;
 
-/// The messages of a kernel's steps in the last run.
-std::uint64_t messages_of(RunCounters const& run, std::string const& kernel)
-{
-    std::uint64_t n = 0;
-    for (auto const& s : run.steps) n += s.kernel == kernel ? s.messages : 0;
-    return n;
-}
+using support::mapping::messages_of;
 } // namespace
 
 TEST_CASE("mapping step: after 24 steps over 4 views, the map on the mesh has the bits of the host's, and so has each loss")
