@@ -1,12 +1,5 @@
 // test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <numeric>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
@@ -30,16 +23,7 @@ EnergyModel prices()
     set_energy(e, "tile_cycle", 3, "a test");
     return e;
 }
-template <class F>
-std::string error_of(F f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return {};
-}
+using tests::error_of;
 EnergyModel read(std::string const& text)
 {
     std::istringstream in(text);

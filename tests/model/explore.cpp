@@ -1,14 +1,7 @@
 // test: unoptimised test asan, without tsan
 // Fronts and knees of studies: by brute force, by hand, and what may not be on them.
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/model/explore.hpp>
-#include <vector>
 
 using namespace tilemesh;
 
@@ -23,7 +16,7 @@ StudyPoint point(std::string name, double psnr, double ms, std::uint64_t sram = 
     p.psnr_db = psnr, p.modelled_ms = ms, p.sram_bytes = sram, p.exchanged_bytes = bytes;
     return p;
 }
-bool has(std::string const& text, char const* part) { return text.find(part) != std::string::npos; }
+using tests::has;
 
 } // namespace
 

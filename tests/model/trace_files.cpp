@@ -1,19 +1,8 @@
 // test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
 #include <locale>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/trace_files.hpp>
-#include <utility>
-#include <vector>
 
 // The files and sums made of a trace: hand-computed ones, names that need quoting, and how big a frame's timeline is.
 using namespace tilemesh;
@@ -394,14 +383,7 @@ TEST_CASE("trace files: nothing ran")
 
 TEST_CASE("trace files: a trace of another grid or program, and a model without a clock, are refused")
 {
-    auto const text = [](auto f) -> std::string {
-        try {
-            f();
-        } catch (Error const& e) {
-            return e.what();
-        }
-        return "";
-    };
+    auto const text = [](auto f) { return tests::error_of(f); };
     std::string const grid =
         "cannot read the trace (superstep 0 ran tile 2 of a grid of 2 x 1); give the trace and the grid of one run";
     CHECK(text([] { trace_csv(by_hand(), model(), {2, 1}); }) == grid);

@@ -2,13 +2,8 @@
 #include "../../examples/heat/heat.hpp"
 #include "../engine/everywhere.hpp"
 #include "../report/html_elements.hpp"
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tuple>
 
 // The page of a run, for a program that is no splatting: the heat equation, and traces put together by hand.
 using namespace engine_test;

@@ -1,22 +1,9 @@
 // test: optimised, without tsan, cost 20
 #include "../../examples/c/tilemesh.h"
 #include "handle.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <numeric>
-#include <string>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/orbit.hpp>
-#include <vector>
 
 namespace scene = tilemesh::scene;
 using namespace page_test;

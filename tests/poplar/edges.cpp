@@ -5,6 +5,7 @@
 // Channels of all three edges, and channels that have some of the four sides, as a Poplar graph: variables, edges of vertices and copies for
 // their ends alone. At an edge of the grid, messages come back, are dropped, or arrive at the other end.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 using Reflecting = Some<Edge::reflect, Sides::north | Sides::west>;
 using Dropping = Some<Edge::drop, Sides::east>;

@@ -1,17 +1,7 @@
 // test: unoptimised test asan
 // The knobs of bench/error_vs_time: how a record is stored and cut, how splats are ordered, the list of settings and their cut-offs; and
 // that the parts of a setting's error are measured against the right pictures.
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <limits>
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
+#include "../standard.hpp"
 
 // The bench is a program: its sources are compiled here.
 #include <error_vs_time/measure.cpp>

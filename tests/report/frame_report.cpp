@@ -1,19 +1,7 @@
 // test: unoptimised test asan tsan
 #include "../compare_reports.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <iterator>
-#include <optional>
-#include <set>
-#include <sstream>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/frame_csv.hpp>
-#include <tilemesh/report/frame_report.hpp>
-#include <vector>
 
 namespace report = tilemesh::report;
 using report::FrameReport;

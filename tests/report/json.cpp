@@ -1,14 +1,7 @@
 // test: unoptimised test asan
+#include "../standard.hpp"
 #include "json_schema.hpp"
-#include <algorithm>
 #include <chrono>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <set>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/json_frame.hpp>

@@ -1,21 +1,12 @@
 // test: unoptimised test, needs data, cost 20
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
 #include <sys/stat.h>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,6 +1,5 @@
 // test: unoptimised asan tsan
 #include "runner.hpp"
-#include <doctest/doctest.h>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,10 +1,7 @@
 // test: without test asan tsan, needs data, cost 20
 // LargestFirst: what changes the picture most goes first and stays.
 #include "references.hpp"
-#include <doctest/doctest.h>
 #include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/contribution.hpp>
 
 using namespace tilemesh;

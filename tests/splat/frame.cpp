@@ -5,7 +5,6 @@
 #include "scenes.hpp"
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

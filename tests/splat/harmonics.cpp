@@ -1,12 +1,8 @@
 // test: without asan tsan, needs data
 #include "runner.hpp"
 #include "scenes.hpp"
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/records.hpp>
 
 using namespace tilemesh;

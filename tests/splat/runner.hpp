@@ -1,6 +1,5 @@
 #pragma once
 #include "support.hpp"
-#include <memory>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/fit_renderer.hpp>
 

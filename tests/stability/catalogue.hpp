@@ -1,11 +1,5 @@
 #pragma once
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <fstream>
-#include <string>
+#include "../standard.hpp"
 
 // The catalogue of stiff and extreme cases as tests. There is a case named "row N: ..." for each row that applies, and one
 // `does_not_apply(N, why)` for each row that does not. tests/checks/stability.sh checks that every row occurs once.
