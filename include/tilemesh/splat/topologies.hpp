@@ -184,7 +184,7 @@ struct LaneRoute {
             if (hop.lane == 1 && !has_room(hop)) return {hop.side, 0};
         return hop;
     }
-    void refuse(Hop hop) noexcept { ++(has_slot(hop) ? step.counts.no_credit : step.counts.channel_full); }
+    void refuse(Hop hop) noexcept { ++step.counts.refusals(has_slot(hop)); }
 
     /// Settles a record here or sends it on; false if it has to stay. Sets `anchor`.
     bool go(Message const& m, TileId& anchor) noexcept
