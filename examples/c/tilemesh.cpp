@@ -516,8 +516,8 @@ public:
             auto const& counts = mesh.template state<splat::Counts>(tile);
             auto& seen = seen_[sample.tile];
             if (event.step == Core::Steps::project) seen.refused = seen.dropped = 0; // it resets the tile's counters
-            auto const refused = counts.channel_full + counts.no_credit + counts.copies_refused;
-            auto const dropped = counts.storage_full + counts.copies_full;
+            auto const refused = counts.by_channels() + counts.copies_refused;
+            auto const dropped = counts.by_storage();
             auto const marks = mesh.template state<splat::Marks<Policies>>(tile);
             if (!same_slots) {
                 std::uint32_t copies = 0;
@@ -1032,7 +1032,7 @@ private:
                      {"visible", r.gaussians.visible}, {"moved", r.gaussians.moved},
                      {"held", r.gaussians.held}, {"copies", r.copies}, {"lost_records", whole}, {"lost_copies", r.lost_copies},
                      {"late_copies", r.late_copies},
-                     {"refused", r.refused.channel_full + r.refused.no_credit + r.refused.storage_full + r.refused.copies_full + r.refused.copies_refused},
+                     {"refused", report::total(r, "refused")},
                      {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", render::record_bytes(facts())}};
         if (core_) {
             json["modelled_ms"] = milliseconds(model_, cost_.cycles);
@@ -1227,8 +1227,11 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     for (auto const& step : watch_.supersteps)
         for (auto const& t : step) pairs += t.tile == index ? t.pairs : 0;
     auto const& trace = core_->trace();
-    json["counts"] = {{"channel_full", c.channel_full}, {"no_credit", c.no_credit}, {"storage_full", c.storage_full}, {"copies_full", c.copies_full},
-                      {"copies_refused", c.copies_refused}, {"pairs", pairs}, {"busy_cycles", busy_cycles(cost_)[index]}};
+    auto& counts = json["counts"];
+    for (auto const& field : report::report_fields)
+        if (field.group() == "refused" && field.anchored.word != nullptr) counts[std::string(field.leaf())] = c.*field.anchored.word;
+    counts["pairs"] = pairs;
+    counts["busy_cycles"] = busy_cycles(cost_)[index];
 
     auto channels = Json::array();
     for (tilemesh::Direction d : tilemesh::news) {

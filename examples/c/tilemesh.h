@@ -166,7 +166,7 @@ TILEMESH_C float const* tilemesh_heat(tilemesh_handle* handle, char const* what,
 /* JSON about a tile in the last frame, or NULL with an error:
  *   {"tile", "column", "row", "rect": [x0, y0, x1, y1] (pixels), "records": number, "anchored", "copies", "leaving", "slots",
  *    "ledger": [{"name", "what", "bytes", "budgeted"}...] (of any tile), "ledger_bytes", "sram_bytes",
- *    "counts": {"channel_full", "no_credit", "storage_full", "copies_full", "copies_refused", "pairs", "busy_cycles"},
+ *    "counts": {each member of "refused" of a frame of report.json, "pairs", "busy_cycles"},
  *    "channels": [{"side": "north" | "east" | "west" | "south", "sent_bytes", "most_messages", "slots", "received_bytes"}... 4],
  *    "list": [{"id", "kind": "anchored" | "copy" | "leaving", "x", "y" (centre, pixels), "radius", "depth", "opacity", "colour": [r, g, b]}
  *             ...] (at most 500 visible ones, nearest first)} */

@@ -77,10 +77,10 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
                     of_state([](TileState const& t) { return t.copies; }), "copies"});
     maps.push_back(std::move(of_trace[0]));
     maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
-                    true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; }), "sends"});
+                    true, of_state([](TileState const& t) { return t.refusals; }), "sends"});
     maps.push_back(
         {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
-         of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; }), "records"});
+         of_state([](TileState const& t) { return t.drops; }), "records"});
     maps.push_back(std::move(of_trace[1]));
     maps.push_back(std::move(of_trace[2]));
     maps.push_back(

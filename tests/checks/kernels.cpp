@@ -19,6 +19,7 @@
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/contribution.hpp>
+#include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/cell_lists.hpp>
 #include <tilemesh/splat/cell_tiles.hpp>
@@ -37,6 +38,7 @@
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/homes/blend.hpp>
 #include <tilemesh/splat/homes/block_lists.hpp>
+#include <tilemesh/splat/homes/counts.hpp>
 #include <tilemesh/splat/homes/deliver.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/homes/program.hpp>

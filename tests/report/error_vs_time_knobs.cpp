@@ -33,7 +33,7 @@ public:
         report_.pairs = 1000;
         if (!setting_.limits.drop) return;
         image_.rgb[4] += change;
-        report_.lost = {{tilemesh::splat::GaussianId{1}, 0, report::Cause::channel_full}};
+        report_.lost = {{tilemesh::splat::GaussianId{1}, 0, report::Cause::storage_full}};
     }
     report::Image const& image() const override { return image_; }
     report::FrameReport const& counters() const override { return report_; }

@@ -397,7 +397,7 @@ TEST_CASE("homes, random maps and machines: each round holds exactly the splats 
             chapters += frame.report.homes.chapters;
             rounds += frame.report.homes.rounds;
             refused += frame.report.homes.refused;
-            waits += frame.report.refused.channel_full + frame.report.refused.no_credit;
+            waits += frame.report.refused.by_channels();
         }
         CHECK(renderer.render(views_of(c).back()).report.passes.total() == 0);
         partly_finished += watch.partly_finished;

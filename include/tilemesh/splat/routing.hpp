@@ -264,7 +264,7 @@ struct HoldingRoute {
         }
         auto const room = [&](Direction d) noexcept {
             if (out[d].size() < most.limit[index(d)]) return true;
-            ++(most.short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+            ++counts.refusals(most.short_of_credit[index(d)]);
             return false;
         };
         // Of the messages that carry anchors of this view, those that end here are collected and settled a few at a time: two messages never

@@ -519,7 +519,7 @@ private:
         {
             Way const& w = way[index(d)];
             if (w.n < w.limit) return true;
-            ++(w.short_of_credit ? counts.no_credit : counts.channel_full);
+            ++counts.refusals(w.short_of_credit);
             return false;
         }
         TILEMESH_KERNEL void send(Message const& m, Direction d, std::uint32_t to) noexcept
@@ -596,7 +596,7 @@ private:
             }
             Way& ahead = way[index(d)];
             for (; next < n && ahead.n < ahead.limit; ++next) send(waiting[next], d, waiting[next].to);
-            (ahead.short_of_credit ? counts.no_credit : counts.channel_full) += n - next;
+            counts.refusals(ahead.short_of_credit) += n - next;
             if (next != kept) __builtin_memmove(waiting.begin() + kept, waiting.begin() + next, (n - next) * sizeof(Message));
             waiting.truncate(kept + (n - next));
             turning = kept;

@@ -3,6 +3,7 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/homes/counts.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/regions.hpp>
 
@@ -254,34 +255,7 @@ struct Sending {
     std::uint32_t turning[2]; ///< in each FIFO, the first so many parcels named tiles of this column when they came; the others go straight on
 };
 
-/// The counters of a tile in a frame. They are exact on every engine.
-struct Counts {
-    static constexpr char const* name = "counters";
-    std::uint32_t visible;      ///< records of this home with something on screen
-    std::uint32_t sent;         ///< parcels that this home gave to channels
-    std::uint32_t hops;         ///< parcels given to channels, also those of other homes
-    std::uint32_t asked;        ///< tiles that the parcels of this home name
-    std::uint32_t arrived;      ///< parcels that named this tile; the sum over all tiles is that of `asked`
-    std::uint32_t early;        ///< of these, before the window: the table has depths, not whole keys; or outside it, but in the district's
-    std::uint32_t refused;      ///< of these, no room: they come again in a later round
-    std::uint32_t channel_full; ///< waits for a slot of a channel
-    std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
-    std::uint32_t rounds;       ///< in which the tile was not done
-    // For a cost model, in the last pass of Deliver.
-    std::uint32_t left, passed, settled, turned_away, compared, scanned;
-};
-static_assert(sizeof(Counts) <= 64);
-
-/// The Gaussian-pixel pairs of each worker. Workers share a block in strips of 2 columns: 10 pixels of a block, 8 of a cell.
-struct Work {
-    static constexpr char const* name = "pair counters";
-    static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t evaluated[max_workers];    ///< in units of pairs_a_count
-    std::uint32_t contributing[max_workers]; ///< pairs
-    std::uint32_t before[max_workers];       ///< `evaluated` before the last pass
-};
 inline constexpr std::uint32_t strip_width = 2;
-inline constexpr std::uint32_t pairs_a_count = 2; ///< strips of blocks and of cells are whole units
 
 /// The levels of a heap of n keys.
 TILEMESH_KERNEL std::uint32_t heap_levels(std::uint32_t n) noexcept
