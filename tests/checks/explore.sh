@@ -244,7 +244,7 @@ has stderr '^3 points: 2 from an earlier run, 1 runs for 1 points'
 refuses 'no study is named'
 refuses 'no table is named' three.json
 refuses 'no folder is named' three.json --csv a.csv
-refuses 'there is no such option' three.json --csv a.csv --out a --thread 2
+refuses 'there is no option' three.json --csv a.csv --out a --thread 2
 refuses 'from 1 to 1024' three.json --csv a.csv --out a --threads 0
 refuses "cannot read the study's file" none.json --csv a.csv --out a
 # bad TEXT PATTERN
