@@ -1,5 +1,5 @@
 // explore: a study of machines, policies and capacities. It renders what must be rendered once, and prices the rest.
-#include "../shared/inputs.hpp"
+#include "../shared/input_rows.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/png.hpp"
 #include "../shared/process.hpp"

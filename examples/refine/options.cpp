@@ -1,4 +1,5 @@
 #include "options.hpp"
+#include "../shared/input_rows.hpp"
 #include <tilemesh/error.hpp>
 
 namespace refine {

@@ -1,5 +1,6 @@
 #include "inputs.hpp"
 #include "codecs.hpp"
+#include "input_rows.hpp"
 #include "output_files.hpp"
 #include "text.hpp"
 #include <algorithm>

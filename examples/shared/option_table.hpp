@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 /// Tables of options: a row says all that an option is. Command lines, their --help and their errors, the settings of C and Python and the
@@ -71,7 +73,9 @@ inline constexpr double any_number = 0xffffffffu;
 /// A row of the options that are members of `Of`.
 template <class Of>
 struct Option : OptionRow {
-    void (*set)(Of&, OptionValue const&);
+    using Owner = Of;
+    void (*set)(Of&, OptionValue const&) = nullptr;
+    OptionValue (*get)(Of const&) = nullptr; ///< null for a row with a reader of its own
 };
 
 namespace detail {
@@ -111,6 +115,21 @@ void assign(T& to, OptionValue const& v)
     else to = v.text;
 }
 
+template <class T>
+OptionValue value_of(T const& of)
+{
+    OptionValue v;
+    if constexpr (is_optional<T>) return of ? value_of(*of) : v;
+    else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) v.whole = static_cast<std::uint64_t>(of);
+    else if constexpr (std::is_floating_point_v<T>) v.number = static_cast<double>(of);
+    else if constexpr (Sides<T>) v.three = {static_cast<double>(of.width), static_cast<double>(of.height), 0};
+    else if constexpr (Three<T>)
+        for (std::size_t i = 0; i < 3; ++i) v.three[i] = static_cast<double>(of[i]);
+    else if constexpr (std::is_same_v<T, std::string>) v.text = of;
+    else v.text = of.native();
+    return v;
+}
+
 /// The owner of the first member of a path, the type of the last one, and the way there.
 template <auto First, auto... Rest>
 struct Path;
@@ -118,13 +137,13 @@ template <class Of, class T, T Of::*Member>
 struct Path<Member> {
     using Owner = Of;
     using Type = T;
-    static T& in(Of& of) { return of.*Member; }
+    static auto& in(auto& of) { return of.*Member; }
 };
 template <class Of, class T, T Of::*Member, auto Next, auto... Rest>
 struct Path<Member, Next, Rest...> {
     using Owner = Of;
     using Type = typename Path<Next, Rest...>::Type;
-    static Type& in(Of& of) { return Path<Next, Rest...>::in(of.*Member); }
+    static auto& in(auto& of) { return Path<Next, Rest...>::in(of.*Member); }
 };
 
 } // namespace detail
@@ -141,7 +160,8 @@ constexpr Option<typename P::Owner> option(std::string_view name, std::string_vi
 {
     auto const form = detail::form_of<typename P::Type>(!words.empty());
     return {{name, value, meaning, form, limits.least, limits.most, words, limits.unit, example, why},
-            [](typename P::Owner& o, OptionValue const& v) { detail::assign(P::in(o), v); }};
+            [](typename P::Owner& o, OptionValue const& v) { detail::assign(P::in(o), v); },
+            [](typename P::Owner const& o) { return detail::value_of(P::in(o)); }};
 }
 /// A row whose words are the only values.
 template <auto... Members>
@@ -175,19 +195,12 @@ public:
     /// `usage` is the help's beginning. `repeats`: of an option that is given twice, the last one counts; otherwise it is refused.
     OptionTable(std::string program, std::string usage, bool repeats = false) : program_(std::move(program)), usage_(std::move(usage)), repeats_(repeats) {}
 
-    /// Adds a group with its title. `of` must outlive the table.
-    template <class Of>
-    void add(std::string_view title, std::type_identity_t<Of>& of, std::span<Option<Of> const> rows, std::span<Pairing const> pairings = {})
+    /// Adds a group of rows with its title. `of` must outlive the table.
+    template <class Rows, class Of = typename std::remove_cvref_t<decltype(*std::begin(std::declval<Rows const&>()))>::Owner>
+    void add(std::string_view title, std::type_identity_t<Of>& of, Rows const& rows, std::span<Pairing const> pairings = {})
     {
         for (auto const& row : rows) entries_.push_back({row, title, {}, [&of, set = row.set](OptionValue const& value) { set(of, value); }});
         pairings_.insert(pairings_.end(), pairings.begin(), pairings.end());
-    }
-    template <class Of, std::size_t N>
-    void add(std::string_view title, std::type_identity_t<Of>& of, Option<Of> const (&rows)[N]) { add<Of>(title, of, std::span(rows)); }
-    template <class Of, std::size_t N, std::size_t P>
-    void add(std::string_view title, std::type_identity_t<Of>& of, Option<Of> const (&rows)[N], Pairing const (&pairings)[P])
-    {
-        add<Of>(title, of, std::span(rows), std::span(pairings));
     }
     /// The program does not take an option of its groups, and why: "no slope of it is known".
     void without(std::string_view name, std::string_view why) { entry(name).without = why; }

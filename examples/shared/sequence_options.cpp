@@ -1,9 +1,15 @@
 #include "sequence_options.hpp"
+#include "input_rows.hpp"
 #include <utility>
 
 namespace shared {
 
-void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size)
+namespace {
+constexpr Option<SequenceOptions> result_rows[] = {option<&SequenceOptions::out>("out", "DIR", "folder for the results [.]"),
+                                                   option<&SequenceOptions::report>("report", "FILE", "a report as JSON")};
+} // namespace
+
+void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size, std::string_view out)
 {
     table.add("The map", o, map_rows);
     table.without("antialias", no_slope);
@@ -20,6 +26,8 @@ void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size)
     table.says("every", "every N-th pose or picture [1]");
     table.says("relative", "apply the trajectory's motion from its first pose to the camera");
     table.add("Its pictures", o, recording_rows);
+    table.add("What comes out", o, result_rows);
+    table.says("out", out);
     table.pair({{Pairing::excludes, "photos", "size", "--size is for rendered pictures, and --photos has its own"}});
 }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <vector>
 
@@ -16,11 +17,9 @@ struct SequenceOptions : MapInput, CameraInput, MotionInput, RecordingInput, Hos
     std::filesystem::path out = ".";
 };
 
-inline constexpr Option<SequenceOptions> result_rows[] = {option<&SequenceOptions::out>("out", "DIR", "folder for the results [.]"),
-                                                         option<&SequenceOptions::report>("report", "FILE", "a report as JSON")};
-
-/// Adds the groups that all programs that track have. `size`: the help's default for rendered pictures.
-void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size);
+class OptionTable;
+/// Adds the groups that all programs that track have. `size`, `out`: the help of --size and --out.
+void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size, std::string_view out);
 
 /// Every file that such a run reads: `files_read`, with the lists of --photos, the pictures in them, and `sized_by`.
 std::vector<std::filesystem::path> files_read(SequenceOptions const& o, std::vector<std::optional<std::filesystem::path>> const& maps,

@@ -1,4 +1,5 @@
 #include "options.hpp"
+#include "../shared/input_rows.hpp"
 #include <algorithm>
 
 namespace slam_program {
@@ -34,12 +35,11 @@ OptionTable table_of(Options& o)
                       "same command writes the same map, byte for byte, whatever the number of threads.\n",
                       true);
     table.add("The map", o, maps);
-    add_sequence(table, o, "size in pixels of rendered pictures [320x240]");
+    add_sequence(table, o, "size in pixels of rendered pictures [320x240]",
+                 "folder for map.ply, estimated.tum and truth.tum [.]");
+    table.add("What comes out", o, outputs);
     table.without("no-depth", "a map needs depths");
     table.add("Mapping", o, rows);
-    table.add("What comes out", o, result_rows);
-    table.says("out", "folder for map.ply, estimated.tum and truth.tum [.]");
-    table.add("What comes out", o, outputs);
     table.add("The host", o, host_rows);
     table.pair({{Pairing::excludes, "photos", "render", "they exclude each other: pictures come from one of them"},
                 {Pairing::needs, "photos", "cameras", "a picture needs the camera's lens and first pose"}});

@@ -1,4 +1,5 @@
 #include "options.hpp"
+#include "../shared/input_rows.hpp"
 
 namespace track_camera {
 
@@ -24,11 +25,10 @@ OptionTable table_of(Options& o)
                       "  MAP                   a map that render_map reads [the built-in map]\n",
                       true);
     table.takes_words("map", 1, [&o](std::string_view word) { o.map = word; });
-    add_sequence(table, o, "size in pixels of rendered pictures [640x480]");
-    table.add("Tracking", o, rows);
-    table.add("What comes out", o, result_rows);
-    table.says("out", "folder for estimated.tum, truth.tum, paths.svg and residual.ppm [.]");
+    add_sequence(table, o, "size in pixels of rendered pictures [640x480]",
+                 "folder for estimated.tum, truth.tum, paths.svg and residual.ppm [.]");
     table.add("What comes out", o, outputs);
+    table.add("Tracking", o, rows);
     table.add("The host", o, host_rows);
     table.pair({{Pairing::excludes, "photos", "save-photos", "--save-photos is for rendered pictures, and --photos has its own"}});
     return table;
