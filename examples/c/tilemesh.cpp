@@ -5,6 +5,8 @@
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
 #include "../shared/codecs.hpp"
+#include "../shared/option_json.hpp"
+#include "../shared/option_table.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -61,6 +63,10 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using Json = nlohmann::ordered_json;
+using shared::Option;
+using shared::option;
+using shared::Word;
+using shared::words;
 using tilemesh::Error;
 
 /// The page has one thread and no files, and leaves out the program of homes and the tracker.
@@ -90,61 +96,67 @@ std::string dumped(Json const& json)
 
 // --- settings --------------------------------------------------------------------------------------------------------------
 
-/// A setting that is a whole number. `reads` and `writes` name the member of Settings.
 struct Settings {
     std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
     std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0, threads = 1;
     std::string preset = "lossless", machine = "mk2", saturation = "preset", quality = "default", program = "anchored";
     std::array<double, 3> background{};
-    bool difference = false, digest = false, depth = false, alpha = false, exposure = false;
+    bool difference = false, digest = false, depth = false, alpha = false, exposure = false, antialias = false;
     std::int64_t follow = -1;
 
+    bool operator==(Settings const&) const = default;
     /// Do both need the same mesh?
-    bool same_mesh(Settings const& o) const
+    bool same_mesh(Settings other) const
     {
-        return width == o.width && height == o.height && tile_width == o.tile_width && tile_height == o.tile_height &&
-               channel_slots == o.channel_slots && storage_slots == o.storage_slots && waiting_slots == o.waiting_slots && hops == o.hops &&
-               mesh == o.mesh && preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest &&
-               threads == o.threads && quality == o.quality && program == o.program && depth == o.depth && alpha == o.alpha;
+        other.difference = difference, other.exposure = exposure, other.follow = follow, other.background = background;
+        return *this == other;
     }
     bool anchored() const { return program == "anchored"; }
 };
 
-struct NumberSetting {
-    char const* name;
-    std::uint32_t Settings::*member;
-    std::uint32_t least, most;
-    char const *unit, *words;
-};
-constexpr NumberSetting number_settings[] = {
-    {"width", &Settings::width, 16, 4096, "pixels", "Width of the picture"},
-    {"height", &Settings::height, 16, 4096, "pixels", "Height of the picture"},
-    {"tile_width", &Settings::tile_width, 0, 4096, "pixels", "Width of a tile; 0: the picture is spread over 40 x 36 tiles"},
-    {"tile_height", &Settings::tile_height, 0, 4096, "pixels", "Height of a tile; 0: the picture is spread over 40 x 36 tiles"},
-    {"channel_slots", &Settings::channel_slots, 0, 0, "slots", "Messages that a channel to a neighbour holds; 0: the preset's number"},
-    {"storage_slots", &Settings::storage_slots, 0, 0, "slots", "Records and copies that a tile stores; 0: the preset's number"},
-    {"waiting_slots", &Settings::waiting_slots, 0, 0, "slots", "Records that wait in each FIFO of routing; 0: the preset's number"},
-    {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"},
-    {"mesh", &Settings::mesh, 0, 1'000'000, "", "Number of the mesh; another number begins a new one"},
-    {"threads", &Settings::threads, 1, is_page ? 1 : 256, "", "Threads of the host; the picture does not depend on them"}};
+constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}};
+constexpr Word machines[] = {{"mk2", 0}, {"test", 1}};
+constexpr Word saturations[] = {{"preset", 0}, {"hold", 1}, {"drop", 2}};
+constexpr Word qualities[] = {{"default", 0}, {"evaluation", 1}, {"viewing", 2}, {"on_sensor", 3}, {"training", 4}};
+constexpr Word programs[] = {{"anchored", 0}, {"homes", 1}, {"auto", 2}};
+constexpr Word nobody[] = {{"-1", -1}};
+/// `most` of a number of slots. The preset has the limit.
+constexpr double most_slots = 1'000'000;
 
-struct ChoiceSetting {
-    char const* name;
-    std::string Settings::*member;
-    std::vector<std::string> choices;
-};
-std::vector<ChoiceSetting> const& choice_settings()
+constexpr Option<Settings> setting_rows[] = {
+    option<&Settings::width>("width", "N", "Width of the picture", {16, 4096, "pixels"}),
+    option<&Settings::height>("height", "N", "Height of the picture", {16, 4096, "pixels"}),
+    option<&Settings::tile_width>("tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    option<&Settings::tile_height>("tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    option<&Settings::channel_slots>("channel_slots", "N", "Messages that a channel to a neighbour holds; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::storage_slots>("storage_slots", "N", "Records and copies that a tile stores; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::waiting_slots>("waiting_slots", "N", "Records that wait in each FIFO of routing; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::hops>("hops", "N", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet", {0, 4096, "exchanges"}),
+    option<&Settings::mesh>("mesh", "N", "Number of the mesh; another number begins a new one", {0, 1'000'000}),
+    option<&Settings::threads>("threads", "N", "Threads of the host; the picture does not depend on them", {1, is_page ? 1 : 256}),
+    words<&Settings::preset>("preset", "NAME", "Machine, sizes and rules of a published setup", presets),
+    words<&Settings::machine>("machine", "NAME", "mk2, or a machine with more SRAM", machines),
+    words<&Settings::saturation>("saturation", "NAME", "What a record does that meets a full channel", saturations),
+    words<&Settings::quality>("quality", "NAME", "Cut-offs and rules of the picture", qualities),
+    words<&Settings::program>("program", "NAME", "The program that renders", programs),
+    option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
+    option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
+    option<&Settings::digest>("digest", "", "The report has digests of the machine's words"),
+    option<&Settings::depth>("depth", "", "Frames have the plane of depths"),
+    option<&Settings::alpha>("alpha", "", "Frames have the plane of covered shares"),
+    option<&Settings::exposure>("exposure", "", "A tracker also finds gain and offset"),
+    option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
+    option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
+                              "it is the id of a Gaussian, or -1")};
+/// Options of render_map's maps and cameras that are no settings here, and why.
+constexpr std::pair<char const*, char const*> no_settings[] = {
+    {"turn", "the caller's cameras look at a map from any side"},
+    {"sh_degree", "a map keeps the colours that it is loaded with; cut them in the file, or with render_map --sh-degree"},
+    {"near", "number 16 of a camera is its near plane"}};
+bool is_slots(shared::OptionRow const& row)
 {
-    static std::vector<ChoiceSetting> const all = {{"preset", &Settings::preset, {"lossless", "paper", "prototype"}},
-                                                   {"machine", &Settings::machine, {"mk2", "test"}},
-                                                   {"saturation", &Settings::saturation, {"preset", "hold", "drop"}},
-                                                   {"quality", &Settings::quality, {"default", "evaluation", "viewing", "on_sensor", "training"}},
-                                                   {"program", &Settings::program, {"anchored", "homes", "auto"}}};
-    return all;
+    return row.most == most_slots && row.unit == "slots";
 }
-constexpr std::pair<char const*, bool Settings::*> flag_settings[] = {{"difference", &Settings::difference}, {"digest", &Settings::digest},
-                                                                     {"depth", &Settings::depth}, {"alpha", &Settings::alpha},
-                                                                     {"exposure", &Settings::exposure}};
 
 /// The slots of a tile on the machine `test`. render_map's has 40,000, which is more memory than a browser gives a page.
 constexpr std::uint32_t test_slots = 8000;
@@ -191,6 +203,7 @@ tilemesh::RendererOptions options_of(Settings const& settings)
     options.waiting_slots = settings.waiting_slots;
     options.digest = settings.digest;
     options.threads = settings.threads;
+    if (settings.antialias) options.coverage = splat::Coverage::preserved;
     for (auto const quality : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor, splat::Quality::training})
         if (settings.quality == splat::name(quality)) options.quality = quality;
     options.program = settings.anchored()            ? report::Program::anchored
@@ -263,11 +276,11 @@ void check(Settings const& settings, scene::Map const& map)
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::checked(setup);
-    for (auto const& s : number_settings) {
-        auto const most = preset_slots(setup.sizes, s.name);
-        if (s.most == 0 && settings.*s.member > most)
-            throw Error(std::string("the setting ") + s.name + " of " + std::to_string(settings.*s.member) + " (preset " + setup.name +
-                        " has " + std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
+    for (auto const& row : setting_rows) {
+        auto const most = preset_slots(setup.sizes, row.name);
+        if (auto const asked = row.get(settings).whole; is_slots(row) && asked > most)
+            throw Error("the setting " + std::string(row.name) + " of " + std::to_string(asked) + " (preset " + setup.name + " has " +
+                        std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
     }
     if ((settings.tile_width == 0) != (settings.tile_height == 0))
         throw Error("a tile with one side of 0 pixels (0 means that the picture is spread over the grid); give both sides, or none");
@@ -295,45 +308,18 @@ Settings changed(Settings settings, std::string_view text)
         auto const refuse = [&name = name, &shown](std::string const& why) {
             throw Error("the setting " + dumped(name).substr(0, 60) + " of " + shown + " (" + why + "); see tilemesh_set in tilemesh.h");
         };
-        auto const whole = [&value = value] { return value.is_number() && value.get<double>() == std::floor(value.get<double>()); };
-        bool known = false;
-        for (auto const& s : number_settings) {
-            if (name != s.name) continue;
-            known = true;
-            auto const most = s.most != 0 ? s.most : 1'000'000u;
-            if (!whole() || value.get<double>() < s.least || value.get<double>() > most)
-                refuse("it is a whole number from " + std::to_string(s.least) + " to " + std::to_string(most));
-            settings.*s.member = static_cast<std::uint32_t>(value.get<double>());
+        auto const* const row = shared::find_row(setting_rows, name);
+        for (auto const& [other, why] : no_settings)
+            if (name == other) refuse(std::string("it is none: ") + why);
+        if (row == nullptr) {
+            auto const near = shared::nearest(name, shared::names_of(setting_rows));
+            refuse("there is no such setting" + (near.empty() ? "" : ", but there is " + std::string(near)));
         }
-        for (auto const& s : choice_settings()) {
-            if (name != s.name) continue;
-            known = true;
-            std::string all;
-            for (auto const& choice : s.choices) all += (all.empty() ? "" : ", ") + choice;
-            if (!value.is_string() || std::find(s.choices.begin(), s.choices.end(), value.get_ref<std::string const&>()) == s.choices.end())
-                refuse("it is one of " + all);
-            settings.*s.member = value.get<std::string>();
+        try {
+            set_from_json(settings, *row, value);
+        } catch (shared::Misfit const& misfit) {
+            refuse(misfit.why);
         }
-        if (name == "background") {
-            known = true;
-            if (!value.is_array() || value.size() != 3) refuse("it is three numbers from 0 to 1");
-            for (std::size_t c = 0; c < 3; ++c) {
-                if (!value[c].is_number() || !(value[c].get<double>() >= 0 && value[c].get<double>() <= 1)) refuse("it is three numbers from 0 to 1");
-                settings.background[c] = value[c].get<double>();
-            }
-        }
-        for (auto const& [flag, member] : flag_settings) {
-            if (name != flag) continue;
-            known = true;
-            if (!value.is_boolean()) refuse("it is true or false");
-            settings.*member = value.get<bool>();
-        }
-        if (name == "follow") {
-            known = true;
-            if (!whole() || value.get<double>() < -1 || value.get<double>() > 4294967295.0) refuse("it is the id of a Gaussian, or -1");
-            settings.follow = static_cast<std::int64_t>(value.get<double>());
-        }
-        if (!known) refuse("there is no such setting");
     }
     return settings;
 }
@@ -934,22 +920,20 @@ private:
         ensure_map();
         auto const setup = setup_of(settings_, map_->sh_degree);
         Json json, limits, choices;
-        for (auto const& s : number_settings) {
-            json[s.name] = settings_.*s.member;
-            auto const most = s.most != 0 ? s.most : preset_slots(setup.sizes, s.name);
-            limits[s.name] = {{"least", s.least}, {"most", most}, {"unit", s.unit}, {"words", s.words}};
-            if (s.most == 0) limits[s.name]["used"] = settings_.*s.member != 0 ? settings_.*s.member : most;
-        }
-        for (auto const& s : choice_settings()) {
-            json[s.name] = settings_.*s.member;
-            choices[s.name] = s.choices;
+        for (auto const& row : setting_rows) {
+            std::string const name(row.name);
+            json[name] = shared::to_json<Json>(settings_, row);
+            if (row.form == shared::Form::word)
+                for (auto const& word : row.words) choices[name].push_back(word.word);
+            if (row.form != shared::Form::whole || !row.words.empty()) continue;
+            auto const most = is_slots(row) ? preset_slots(setup.sizes, name) : static_cast<std::uint32_t>(row.most);
+            limits[name] = {{"least", static_cast<std::uint32_t>(row.least)}, {"most", most}, {"unit", row.unit}, {"words", row.meaning}};
+            auto const asked = row.get(settings_).whole;
+            if (is_slots(row)) limits[name]["used"] = asked != 0 ? asked : most;
         }
         auto const tiling = tilemesh::tiling_for(options_of(settings_), settings_.width, settings_.height);
         limits["tile_width"]["used"] = tiling.tile_width;
         limits["tile_height"]["used"] = tiling.tile_height;
-        json["background"] = settings_.background;
-        for (auto const& [name, member] : flag_settings) json[name] = settings_.*member;
-        json["follow"] = settings_.follow;
         json["limits"] = std::move(limits);
         json["choices"] = std::move(choices);
         return json;

@@ -29,7 +29,7 @@
 #include <stdint.h>
 
 /* The version of this interface. */
-#define TILEMESH_C_VERSION 2
+#define TILEMESH_C_VERSION 3
 
 #if defined(TILEMESH_C_EXPORT)
 #define TILEMESH_C __attribute__((visibility("default"), used))
@@ -92,6 +92,8 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
  *                      anchored until a frame would lack something, then homes; both as in render_map, and without a trace: "supersteps",
  *                      heat maps, tiles, Gaussians, `difference` and `follow` need "anchored". The page has only "anchored"
  *   quality            "default" (of the preset), "evaluation", "viewing", "on_sensor" or "training": cut-offs and rules of the picture
+ *   antialias          true: each splat is dimmed as much as the dilation by 0.3 pixels enlarges it, for maps that were trained so; default
+ *                      false. Since version 3. Trackers do without
  *   depth, alpha       true: frames have these planes, see `tilemesh_pixels`; default false. They take SRAM from the storage
  *   threads            threads of the host, 1 to 256; default 1. No number of a picture or a report depends on it but times
  *   preset             "lossless" (default), "paper" or "prototype": machine, sizes and rules of a published setup

@@ -44,6 +44,7 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     options.grid = s.grid;
     options.program = s.homes ? report::Program::homes : report::Program::anchored;
     options.quality = s.quality;
+    if (s.subject->antialias) options.coverage = splat::Coverage::preserved;
     return options;
 }
 
@@ -284,7 +285,9 @@ std::string refusal_of(tilemesh::Error const& error)
 std::vector<report::Image> references_of(Subject const& subject, std::uint32_t threads)
 {
     std::vector<report::Image> out;
-    for (auto const& view : subject.views) out.push_back(render_map::reference_of(subject.map, view, splat::Rules{}, report::Cuts::none, threads));
+    splat::Rules rules;
+    if (subject.antialias) rules.coverage = splat::Coverage::preserved;
+    for (auto const& view : subject.views) out.push_back(render_map::reference_of(subject.map, view, rules, report::Cuts::none, threads));
     return out;
 }
 

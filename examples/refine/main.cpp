@@ -1,5 +1,4 @@
 // Makes a map agree better with photographs, on the host.
-#include "../shared/codecs.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
@@ -22,7 +21,6 @@
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <unistd.h>
 #include <utility>
@@ -152,7 +150,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 {
     mapping::RefineOptions how;
     how.view.threads = o.threads;
-    for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background[c];
+    for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background ? (*o.background)[c] : 0.0f;
     mapping::Refiner<Optimiser> refiner(std::move(map), how);
     float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
     auto const rates = splat::map::usual_rates(depth) * times;
@@ -198,14 +196,15 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
-    auto map = scene::load_map(o.map, shared::codecs(), scene::FarMeans::moved);
+    std::vector<std::string> notes;
+    auto map = shared::load_map(o.map, o, notes);
     if (map.gaussians.empty())
         throw Error(shared::one_line(o.map.string()) + " has no Gaussian (there is nothing to refine); name another map");
     auto views = refine::find_views(o, map);
     check_outputs(o, views.read);
     refine::read_photographs(o, views.held_out);
     refine::read_photographs(o, views.used);
-    for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note) + "\n");
+    for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note) + "\n");
     return o.optimiser == refine::Optimiser::adam ? run_with<splat::map::Adam>(o, std::move(map), views, printer)
                                                   : run_with<splat::map::SecondMomentByKind>(o, std::move(map), views, printer);

@@ -1,5 +1,4 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
-#include "../shared/codecs.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
@@ -36,9 +35,6 @@
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/records.hpp>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -138,19 +134,6 @@ void require_gaussians(scene::Map const& map, std::uint64_t gaussians)
     auto const why = (map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected") +
                      first_rejected(map);
     throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
-}
-
-/// The map of the command line: all of its files, or the built-in one. `turned`: as --turn says.
-scene::Map load_maps(Options const& options)
-{
-    if (options.maps.empty()) return scene::built_in_map();
-    std::vector<scene::Map> maps;
-    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, shared::codecs(), scene::FarMeans::moved));
-    return scene::join_maps(std::move(maps));
-}
-scene::Map turned(Options const& options, scene::Map map)
-{
-    return options.turn ? scene::turned(std::move(map), *options.turn) : map;
 }
 
 // --- the run -----------------------------------------------------------------------------------
@@ -301,19 +284,15 @@ int run(Options options)
     progress.say("loading the map");
     // Over several processes, each has its part of the rows, and `map` has none.
     bool const in_parts = render_map::ranks::number() > 1;
-    auto map = in_parts ? render_map::ranks::load(options, [&] { return load_maps(options); }) : turned(options, load_maps(options));
+    auto map = in_parts ? render_map::ranks::load(options, [&] { return shared::load_maps(options.maps, {}); }) : shared::load_maps(options.maps, options);
     auto const gaussians = in_parts ? render_map::ranks::gaussians() : map.gaussians.size();
     require_gaussians(map, gaussians);
     require_followed(options, map);
     std::vector<std::string> notes;
     auto const file_degree = map.sh_degree;
-    if (options.sh_degree < map.sh_degree) {
-        notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) +
-                        " left out (--sh-degree); the map has degree " + std::to_string(map.sh_degree));
-        if (in_parts) render_map::ranks::at_degree(options.sh_degree);
-        map = scene::at_degree(std::move(map), options.sh_degree);
-    }
-    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map);
+    if (in_parts && options.sh_degree < map.sh_degree) render_map::ranks::at_degree(options.sh_degree);
+    map = shared::at_degree(std::move(map), options, notes);
+    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : shared::shape_of(map);
     shape.origin = map.origin;
     std::vector<std::filesystem::path> sized_by;
     auto shots = render_map::make_shots(options, shape, notes, sized_by);
@@ -348,8 +327,8 @@ int run(Options options)
     }
 
     if (in_parts && options.reference) { // the reference reads the whole map
-        map = turned(options, load_maps(options));
-        if (options.sh_degree < map.sh_degree) map = scene::at_degree(std::move(map), options.sh_degree);
+        std::vector<std::string> said;
+        map = shared::at_degree(shared::load_maps(options.maps, options), options, said);
     }
     auto* const tracing = trace ? &*trace : nullptr;
     try {
@@ -426,7 +405,7 @@ int run_arguments(int argc, char** argv)
         return 0;
     }
     if (options.list) {
-        shared::print(render_map::camera_names(options), room, std::cout);
+        shared::print(shared::camera_names(options), room, std::cout);
         return 0;
     }
     shared::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);

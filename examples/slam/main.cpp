@@ -1,6 +1,5 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
 #include "../shared/camera_path.hpp"
-#include "../shared/codecs.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/report_text.hpp"
@@ -29,11 +28,6 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -366,13 +360,6 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     return end_of(o, out, count, printer);
 }
 
-scene::Map load(std::filesystem::path const& file, std::vector<std::string>& notes)
-{
-    auto map = scene::load_map(file, shared::codecs(), scene::FarMeans::moved);
-    for (auto const& note : map.notes) notes.push_back(note);
-    return map;
-}
-
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
@@ -380,15 +367,13 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{320, 240});
-    auto world = o.photos ? scene::Map{} : o.render ? load(*o.render, notes) : scene::built_in_map();
-    auto map = o.map ? load(*o.map, notes) : scene::Map{};
+    auto world = o.photos ? scene::Map{} : shared::load_map(o.render, o, notes);
+    auto map = o.map ? shared::load_map(o.map, o, notes) : scene::Map{};
     if (!o.photos && o.map && map.origin != world.origin)
         throw Error(o.map->string() + " is not where the map to render is (their origins are apart); take maps of one place");
     if (!o.map) map.origin = world.origin;
     auto const& shown = o.photos ? map : world; // what a near plane may hide
-    auto const name = o.render ? o.render->stem().string() : o.map ? o.map->stem().string() : "built-in";
-    auto const guess = o.photos || o.render ? scene::frame_whole(shown, size) : scene::built_in_camera(size);
-    auto const first = shared::first_camera(o, guess, size, name, map.origin, notes);
+    auto const first = shared::first_camera(o, shared::shape_of(shown), size, !o.photos && !o.render, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
@@ -425,7 +410,7 @@ int run(Options const& o)
         return shared::RgbdPhoto{std::move(seen.colour), std::move(seen.depth)};
     };
     auto path = o.trajectory ? shared::CameraPath{std::move(poses)}
-                             : shared::CameraPath{scene::pose_of(camera), std::uint64_t{o.frames} * o.every};
+                             : shared::CameraPath{scene::pose_of(camera), std::uint64_t{o.frames} * o.step()};
     shared::Renderings const source{o, seen_from, std::move(path), lens};
     // A rendered picture is compared at its true pose, before it was spoilt.
     auto const view = [&](std::size_t k, Done const&) -> std::optional<Compared> {

@@ -1,5 +1,4 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
-#include "../shared/codecs.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
@@ -32,12 +31,7 @@
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/demand.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -258,10 +252,9 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
-    auto const map = o.map ? scene::load_map(*o.map, shared::codecs(), scene::FarMeans::moved) : scene::built_in_map();
-    auto notes = map.notes;
-    auto const guess = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
-    auto const first = shared::first_camera(o, guess, size, o.map ? o.map->stem().string() : "built-in", map.origin, notes);
+    std::vector<std::string> notes;
+    auto const map = shared::load_map(o.map, o, notes);
+    auto const first = shared::first_camera(o, shared::shape_of(map), size, !o.map, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
@@ -273,8 +266,8 @@ int run(Options const& o)
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
         notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
     if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
-    auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
-    auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);
+    auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.step();
+    auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
 

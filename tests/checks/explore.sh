@@ -244,7 +244,7 @@ has stderr '^3 points: 2 from an earlier run, 1 runs for 1 points'
 refuses 'no study is named'
 refuses 'no table is named' three.json
 refuses 'no folder is named' three.json --csv a.csv
-refuses 'there is no such option' three.json --csv a.csv --out a --thread 2
+refuses 'there is no option' three.json --csv a.csv --out a --thread 2
 refuses 'from 1 to 1024' three.json --csv a.csv --out a --threads 0
 refuses "cannot read the study's file" none.json --csv a.csv --out a
 # bad TEXT PATTERN
@@ -271,6 +271,9 @@ bad '{"machines": ["mk2.txt"], "sizes": [{"storage": "half"}]}' 'or "the rest"'
 bad '{"machines": ["mk2.txt"], "costs": [{"warp": 3}]}' 'a cost model has no parameter "warp" .*vote); write a parameter and a value'
 bad '{"machines": ["mk2.txt"], "costs": [{"exchange_cost": 3}]}' 'parameter exchange_cost cannot be 3'
 bad '{"machines": ["mk2.txt"], "maps": [{"camera": "a"}]}' 'maps\[0\] names no map'
+bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "trun": "x90"}]}' 'has an unknown key "trun"); use turn, or another of file'
+bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "turn": "x45"}]}' 'cannot be "x45"); write another value: there are x90'
+bad '{"machines": ["mk2.txt"], "views": {"scale": 2}}' 'is no key of a map); all maps of a study have its size'
 bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "camera": "a"}]}' 'has a camera without cameras'
 bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "frames": 2}]}' 'has an unknown key "frames"'
 bad '{"machines": ["mk2.txt"], "maps": [{"file": "one.ply", "cameras": "cameras.json"}]}' 'no camera belongs to map "one"'

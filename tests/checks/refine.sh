@@ -9,7 +9,8 @@ case $2 in /*) render_map=$2 ;; *) render_map=$PWD/$2 ;; esac
 
 # --- the command line --------------------------------------------------------------------------
 runs --help
-for option in --cameras --photos --steps --every --out --report --optimiser --rate --scale --background --near --threads --quiet; do
+for option in --turn --sh-degree --antialias --cameras --camera --list --photos --size --ignore-distortion --steps --every --out --report --optimiser --rate --scale \
+    --background --near --threads --quiet; do
     has stdout "^  $option "
 done
 
@@ -77,15 +78,20 @@ awk -v a="$(of adam.json before)" -v b="$(of adam.json after)" 'BEGIN { exit !(b
     fail "adam: from $(of adam.json before) to $(of adam.json after) dB"
 cmp -s map.ply adam.ply && fail "the optimisers have one map"
 runs spoilt.ply $photos --scale 2 --steps 2 --out half.ply --quiet
+runs spoilt.ply $photos --size 48x32 --steps 2 --out sized.ply --quiet
+same half.ply sized.ply
+runs spoilt.ply $photos --turn z180 --steps 1 --out turned.ply --quiet
 
 # --- what it refuses --------------------------------------------------------------------------------
 refuses 'no map is named'
 refuses 'no cameras are named' spoilt.ply
 refuses 'no photographs are named' spoilt.ply --cameras colmap/sparse/0
-refuses 'there is no such option' spoilt.ply $photos --step 3
+refuses 'there is no option' spoilt.ply $photos --step 3
 refuses 'has no value' spoilt.ply $photos --steps
 refuses 'from 1 to 100000000' spoilt.ply $photos --steps 0
 refuses 'from 2 to 1000000' spoilt.ply $photos --every 1
+refuses '^refine has no --antialias (' spoilt.ply $photos --antialias
+refuses 'both given' spoilt.ply $photos --scale 2 --size 48x32
 refuses 'by-kind or adam' spoilt.ply $photos --optimiser sgd
 refuses 'three numbers' spoilt.ply $photos --background 1,1
 refuses 'has no photograph of these cameras' spoilt.ply --cameras colmap/sparse/0 --photos colmap/sparse

@@ -11,7 +11,7 @@ case $2 in /*) track_camera=$2 ;; *) track_camera=$PWD/$2 ;; esac
 
 # --- the command line --------------------------------------------------------------------------
 runs --help
-for option in --photos --render --map --cameras --camera --trajectory --trajectory-format --relative --near --depth-scale --frames --every \
+for option in --photos --render --map --turn --sh-degree --antialias --from --look --up --fov --ignore-distortion --list --cameras --camera --trajectory --trajectory-format --relative --near --depth-scale --frames --every \
     --size --noise --shutter --gain-drift --method --keyframe-every --open --steps --finish --optimiser --cell --threads --report --page --out --resume --quiet; do
     has stdout "^  $option "
 done
@@ -126,8 +126,8 @@ has stderr '^the only frame that was tracked is lost (the first: .*); take pictu
 echo '999 0 0 0 0 0 0 1' >late.tum
 printf 'no map\n' >map.ply
 : >file
-refuses 'there is no such option' --no-such-option
-refuses 'there is no such option' wall.ply
+refuses 'there is no option' --no-such-option
+refuses 'is no option (slam takes no word without one)' wall.ply
 refuses 'from 1 to 1000000' --frames 0
 refuses 'has no value' --frames
 refuses 'a width and a height' --size big
@@ -140,8 +140,9 @@ refuses 'hybrid or forward' --method esm
 refuses 'exclude each other' --photos seen --render wall.ply
 refuses 'needs the camera' --photos seen
 refuses 'for rendered pictures' --photos seen --cameras cameras.json --size 96x64
-refuses 'no --cameras is given' --camera a
-refuses 'no --trajectory is given' --relative
+refuses 'without --cameras' --camera a
+refuses 'without --trajectory' --relative
+refuses '^slam has no --antialias (' --antialias
 refuses 'nowhere.ply' --render nowhere.ply
 refuses 'map.ply' --map map.ply
 refuses 'empty.tum' --trajectory empty.tum

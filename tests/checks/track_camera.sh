@@ -10,7 +10,7 @@ size=640x480
 
 # --- the command line --------------------------------------------------------------------------
 runs --help
-for option in --trajectory --relative --cameras --camera --frames --size --noise --method --threads --report --out --quiet --photos --depth-scale --save-photos --one-in; do
+for option in --turn --sh-degree --antialias --from --look --up --fov --ignore-distortion --list --gain-drift --trajectory --relative --cameras --camera --frames --size --noise --method --threads --report --out --quiet --photos --depth-scale --save-photos --one-in; do
     has stdout "^  $option "
 done
 
@@ -197,6 +197,7 @@ printf 'three words here\n' >words.tum
 printf 'no map\n' >map.ply
 : >file
 refuses "no-such-option" --no-such-option
+refuses "^track_camera has no --antialias (" --antialias
 refuses "frames" --frames 0
 refuses "frames" --frames
 refuses "size" --size 0x90
