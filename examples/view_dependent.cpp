@@ -31,7 +31,7 @@ try {
     auto const renderer = tilemesh::fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);
 
-    std::cout << "degree " << demand.sh_degree << ": records of " << render::record_bytes(renderer->setup()) << " bytes, "
+    std::cout << "degree " << demand.sh_degree << ": records of " << tilemesh::render::record_bytes(renderer->setup()) << " bytes, "
               << renderer->setup().sizes.storage << " slots a tile, " << demand.culled << " records not loaded, "
               << (renderer->setup().routes ? "with" : "without") << " routing\n";
     if (!frame.report.lost.empty()) std::cout << frame.report.lost.size() << " records and copies found no room\n";

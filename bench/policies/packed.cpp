@@ -29,7 +29,7 @@ public:
     {
         this->renderer_.begin_with(parameters);
     }
-    render::Setup const& facts() const override { return this->renderer_.setup(); }
+    render::Setup const& setup() const override { return this->renderer_.setup(); }
     tilemesh::Trace const& trace() const override { return this->renderer_.trace(); }
 };
 

@@ -14,7 +14,7 @@ namespace policies {
 /// A mesh whose tiles store and send packed records.
 class PackedMachine : public bench::Machine {
 public:
-    virtual tilemesh::render::Setup const& facts() const = 0;
+    virtual tilemesh::render::Setup const& setup() const = 0;
     /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
 };

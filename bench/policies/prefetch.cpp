@@ -156,12 +156,11 @@ void measure_prefetch(bench::Scene const& scene, Options const& options, std::ve
         Run plain, early;
         for (Run* run : {&plain, &early}) {
             tilemesh::RendererOptions const o{.threads = options.threads, .grid = {grid.width, grid.height}, .keep_pixels = false};
-            auto facts = render::checked(setup);
             run->row.map = scene.map.name;
             run->row.motion = motion;
             run->row.early = run == &early;
-            run->row.sram_bytes = facts.sram_bytes;
-            run->machine = bench::make_traced_machine(scene.map, std::move(facts), o);
+            run->row.sram_bytes = render::sram_bytes_of(setup);
+            run->machine = bench::make_traced_machine(scene.map, setup, o);
         }
         for (std::size_t i = 0; i < cameras.size(); ++i) {
             if (i >= 2) early.prefetch(tilemesh::track::predicted(cameras[i - 2], cameras[i - 1]), grid);

@@ -186,7 +186,7 @@ constexpr char const* notes =
     "    KITTI    the 12 numbers of a 3x4 matrix, row by row\n"
     "    Replica  the 16 numbers of a 4x4 matrix, row by row\n"
     "  Machines: a line `machine NAME`, then one number per line, `NUMBER VALUE UNIT SOURCE`, as\n"
-    "  machines/bow.txt: tiles, SRAM, code, workers, clock, barrier, exchange. A preset that does not fit\n"
+    "  examples/machines/bow.txt: tiles, SRAM, code, workers, clock, barrier, exchange. A preset that does not fit\n"
     "  there gets smaller channels, and storage takes the rest. The report has the name of the machine.\n"
     "  Cost models: as --trace writes them (model.txt); they may have the lines of a network.\n"
     "  Energy models: a line `energy NAME`, then one event per line, `EVENT VALUE fJ SOURCE`. No event\n"

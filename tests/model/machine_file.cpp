@@ -26,7 +26,7 @@ std::string folder()
 #if defined(TILEMESH_MACHINES)
     return TILEMESH_MACHINES;
 #else
-    return (std::filesystem::path(__FILE__).parent_path() / "../../machines").string();
+    return (std::filesystem::path(__FILE__).parent_path() / "../../examples/machines").string();
 #endif
 }
 MachineFile load(std::string const& name)

@@ -41,8 +41,8 @@ TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit
                 ++full.sizes.homes;
                 CHECK_THROWS_AS(render::layout_homes(full, options, frame, 1), Error);
             }
-    auto const choice = render::fill_storage(splat::setup_of<splat::Lossless>(), Grid{40, 36}, {32, 20});
-    CHECK(choice.sizes.storage == 2012);
+    auto const setup = render::fill_storage(splat::lossless, Grid{40, 36}, {32, 20});
+    CHECK(setup.sizes.storage == 2012);
 }
 
 TEST_CASE("fill_storage refuses a grid, a tile and an SRAM without room")
