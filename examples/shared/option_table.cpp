@@ -262,14 +262,30 @@ bool OptionTable::read(std::span<char const* const> words)
 
 std::string OptionTable::help() const
 {
+    constexpr std::size_t indent = 24, width = 100;
     auto text = usage_, refused = std::string();
     std::string_view title;
     for (auto const& e : entries_) {
         if (e.without.empty() && e.title != title) text.append("\n").append(title = e.title).append("\n");
-        std::string line = "  --" + std::string(e.row.name) + " " + std::string(e.row.value);
-        line.resize(std::max<std::size_t>(line.size() + 1, 24), ' ');
-        if (e.without.empty()) text += line + e.row.help() + "\n";
-        else refused += line + std::string(e.without) + "\n";
+        std::string lines = "  --" + std::string(e.row.name) + " " + std::string(e.row.value);
+        lines.resize(std::max(lines.size() + 1, indent), ' ');
+        auto const meaning = e.without.empty() ? e.row.help() : std::string(e.without);
+        std::size_t column = lines.size();
+        for (std::size_t at = 0; at < meaning.size();) { // word by word
+            auto const end = std::min(meaning.find(' ', at), meaning.size());
+            bool const begins = lines.ends_with(' ');
+            if (column + (begins ? 0 : 1) + end - at > width) {
+                lines.append("\n").append(indent, ' ');
+                column = indent;
+            } else if (!begins) {
+                lines += ' ';
+                ++column;
+            }
+            lines.append(meaning, at, end - at);
+            column += end - at;
+            at = end + 1;
+        }
+        (e.without.empty() ? text : refused) += lines + "\n";
     }
     return text + (refused.empty() ? "" : "\nNot taken, and why\n" + refused) + end_;
 }

@@ -235,6 +235,15 @@ TEST_CASE("a mistake is one line, and the handle lives")
         CHECK(tilemesh_set(handle.at, json) == 0);
         CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
     }
+    CHECK(tilemesh_set(handle.at, "{\"chanel_slots\": 3}") == 0); // the nearest name is named
+    CHECK_MESSAGE(handle.error().find("but there is channel_slots") != std::string::npos, handle.error());
+    CHECK(tilemesh_set(handle.at, "{\"sh_degree\": 0}") == 0); // an option of render_map that is no setting says why
+    CHECK_MESSAGE(handle.error().find("it is none: ") != std::string::npos, handle.error());
+    REQUIRE(handle.set({{"antialias", true}}));
+    REQUIRE(handle.render(start));
+    CHECK(handle.report("digest")["picture"] != digest);
+    REQUIRE(handle.set({{"antialias", false}}));
+    REQUIRE(handle.render(start));
     for (std::size_t i = 0; i < 17; ++i)
         for (double const v : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
             auto camera = start;
