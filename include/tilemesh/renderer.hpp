@@ -44,9 +44,9 @@ struct CoreOf<S, PortMesh> {
 /// moves none.
 ///
 /// `S` is a setup (splat/setup_types.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, PortMesh (engine/port.hpp), by value also
-/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
-/// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
-/// digests of values.
+/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the
+/// host moves references instead of records, and projects each record once per view: pictures and reports are those of S, in a fraction of
+/// the time. Its digests are those of the references, so they differ from the digests of values.
 ///
 /// With the compiled library (TILEMESH_COMPILED), the default engine is PortMesh: all setups by reference share the library's renderer
 /// (render::HostRenderer), except setups with their own routing or blending, and a program compiles no kernel. With headers alone the

@@ -65,6 +65,7 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>

@@ -43,12 +43,12 @@ TEST_CASE("references: pairwise, hold or drop, world or screen, carried or recom
 TEST_CASE("references: without routing, without bloom, with neither")
 {
     using namespace support;
-    compare<NoRouting>(cloud(), {.grid = {7, 6}}, path());
-    compare<NoRouting>(cloud(), {.grid = {7, 6}, .storage_slots = 20}, path());
-    compare<NoBloom>(cloud(), {.grid = {7, 6}}, path());
-    compare<Minimal>(cloud(), {.grid = {7, 6}}, path());
-    compare<Minimal>(cloud(), {.grid = {1, 1}}, path());
+    compare<NoRouting>(cloud_map(), {.grid = {7, 6}}, path());
+    compare<NoRouting>(cloud_map(), {.grid = {7, 6}, .storage_slots = 20}, path());
+    compare<NoBloom>(cloud_map(), {.grid = {7, 6}}, path());
+    compare<Minimal>(cloud_map(), {.grid = {7, 6}}, path());
+    compare<Minimal>(cloud_map(), {.grid = {1, 1}}, path());
     std::vector<splat::Camera> turning;
     for (float turn : {0.1f, 0.5f, 0.5f, -0.4f, -0.4f, -0.4f, 0.2f}) turning.push_back(support::lens(96, 80, turn));
-    for (std::uint32_t hops : {1u, 2u}) compare<NoRouting>(cloud(), {.grid = {6, 5}, .hops = hops}, turning);
+    for (std::uint32_t hops : {1u, 2u}) compare<NoRouting>(cloud_map(), {.grid = {6, 5}, .hops = hops}, turning);
 }

@@ -112,8 +112,9 @@ constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
 }
 } // namespace detail
 
-/// The bytes that an item of X, a list, or a message of X, a channel, takes on the machine: `wire_bytes` of its type, or a function of the setup that X has as `static constexpr std::uint32_t item_bytes(Setup const&)`. So a host whose lists hold references
-/// has the ledger of the machine, and one type of list serves setups with records of any size.
+/// The bytes that an item of X, a list, or a message of X, a channel, takes on the machine: `wire_bytes` of its type, or a function of the
+/// setup that X has as `static constexpr std::uint32_t item_bytes(Setup const&)`. So a host whose lists hold references has the ledger of
+/// the machine, and one type of list serves setups with records of any size.
 template <class X, class Sizes>
 constexpr std::uint32_t item_bytes_of([[maybe_unused]] Sizes const& sizes) noexcept
 {
@@ -131,7 +132,7 @@ constexpr bool is_present([[maybe_unused]] Sizes const& sizes) noexcept
     else
         return true;
 }
-/// The sizes of a setup type: its member `sizes`, or the value that a program of its own layer makes of the type (splat::setup_of).
+/// The sizes of a setup type: its member `sizes`, or the whole value that the layer of a program makes of the type.
 template <class Setup, class = void>
 inline constexpr auto sizes_of = Setup::sizes;
 

@@ -241,8 +241,9 @@ FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, Setup setup, Re
     check_policies<P>(setup_);
     check_hops(setup_, options.hops);
     auto const words = splat::policy_words(setup_);
-    host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds, words.carried, words.reusable,
-                                        words.road_bytes, words.beam_bytes, static_cast<std::uint32_t>(setup_.colour), options_.hops, options_.storage_slots, words.ranks});
+    host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds,
+                                        words.carried, words.reusable, words.road_bytes, words.beam_bytes,
+                                        static_cast<std::uint32_t>(setup_.colour), options_.hops, options_.storage_slots, words.ranks});
 }
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;

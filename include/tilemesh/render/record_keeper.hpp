@@ -60,7 +60,8 @@ public:
             auto &visible = all[&splat::Counts::visible], &parked = all[&splat::Counts::parked];
             parked += parked_;
             if (host_keeps)
-                visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return records_.has_row(row); }));
+                visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(),
+                                                                    [&](auto row) { return records_.has_row(row); }));
             for (auto const row : under_way_)
                 if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? visible : parked);
         });

@@ -89,7 +89,8 @@ void check_policies(Setup const& setup)
                  setup.carried == P::Addressing::carried && setup.reusable == P::Copies::reusable;
     }
     if (!serves)
-        throw Error(std::string("setup ") + setup.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by value its records " +
+        throw Error(std::string("setup ") + setup.name + " on a renderer of other policies (its pixels lack a plane, its steps differ, or by " +
+                    "value its records " +
                     "or rules do); choose the renderer with the setup's policies");
 }
 

@@ -15,7 +15,7 @@ struct Utf8 {
     std::size_t bytes;
     bool whole;
 };
-TILEMESH_HOST Utf8 utf8_at(std::string_view text) noexcept
+TILEMESH_HOST Utf8 character_at(std::string_view text) noexcept
 {
     auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     unsigned const first = byte(0);
@@ -37,7 +37,7 @@ TILEMESH_HOST std::string json_string(std::string_view text)
     std::string out = "\"";
     while (!text.empty()) {
         auto const c = static_cast<unsigned char>(text[0]);
-        auto const at = detail::utf8_at(text);
+        auto const at = detail::character_at(text);
         if (auto const letter = escaped.find(text[0]); letter != escaped.npos)
             (out += '\\') += letters[letter];
         else if (c < 0x20)

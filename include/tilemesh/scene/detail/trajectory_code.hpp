@@ -248,7 +248,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
         trajectory.reader_notes.push_back("rows left out because a number is not finite: " + std::to_string(trajectory.left_out) + " (" + named +
                                           (trajectory.left_out > 5 ? " and more)" : ")"));
     if (trajectory.empty() && rows.empty())
-        throw Error(name + " holds no pose (every line is blank, a comment, or has a number that is not finite); name a " + (only_tum ? "TUM " : "") + "trajectory file");
+        throw Error(name + " holds no pose (every line is blank, a comment, or has a number that is not finite); name a " +
+                    (only_tum ? "TUM " : "") + "trajectory file");
     if (rows.empty()) return trajectory;
 
     constexpr double least_nanoseconds = 1e14;
@@ -275,7 +276,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
             reason = "because the camera moves steadily only so";
         }
         if (!decided)
-            throw Error(name + " does not say whether the w of its quaternions is last, as in TUM, or first, as in EuRoC (it has no header, and stamps "
+            throw Error(name + " does not say whether the w of its quaternions is last, as in TUM, or first, as in EuRoC (it has no header, "
+                        "and stamps "
                                "and motion fit both); add a header, or name the form with --trajectory-format tum or euroc");
         trajectory.format = w_first ? TrajectoryFormat::euroc : TrajectoryFormat::tum;
     }
