@@ -105,7 +105,6 @@ struct Node {
     std::string stream{};
     std::vector<Interval> from{}, to{};
 
-    static std::shared_ptr<Node const> of(Program const& program) { return program.node(); }
     static std::size_t id(poplar::ComputeSet const& set) { return set.id_; }
     static std::vector<Interval> predicate(Tensor const& t)
     {
@@ -121,7 +120,7 @@ struct Node {
     {
         if (stream.to_device_ != to_device || stream.elements_ != tensor.numElements() || tensor.type_ != poplar::UNSIGNED_INT)
             fail("a Copy that does not fit stream " + stream.handle_);
-        return {to_device ? Kind::to_device : Kind::from_device, {}, 0, 0, stream.handle_, tensor.parts_, tensor.parts_};
+        return {to_device ? Kind::to_device : Kind::from_device, {}, 0, 0, stream.handle_, tensor.parts_};
     }
 };
 namespace {
@@ -340,8 +339,7 @@ using Moves = std::vector<std::pair<Run, Run>>; ///< from, to; of equal length
 struct Edge {
     Access access;
     Run run;
-    std::array<std::uint32_t, 2 * guard_words> beside{};
-    std::uint64_t digest = 0;
+    std::uint64_t beside = 0, contents = 0; ///< digests before the vertex computes
 };
 struct Span { ///< poplar::Vector
     void* data;
@@ -355,14 +353,14 @@ struct BoundVertex {
 };
 struct BoundSet {
     std::vector<BoundVertex> vertices{};
-    Moves gathers{}, scatters{};
+    Moves gathers{};
 };
 
-/// Refuses two uses of a word of which one writes. `who` may use a word twice to read it.
 struct Use {
     Interval part;
     bool writes;
 };
+/// Refuses two uses of a word of which one writes.
 void refuse_conflicts(std::vector<Use>& uses, std::string const& of, std::vector<Variable> const& variables)
 {
     std::sort(uses.begin(), uses.end(), [](Use const& a, Use const& b) {
@@ -441,10 +439,7 @@ public:
             if (!moves.empty()) all.push_back(e);
         };
         for (auto const* copy : copies_) add(Exchange::Kind::copy, variable_of(copy->from) + " -> " + variable_of(copy->to), moves_.at(copy));
-        for (std::size_t s = 0; s < sets_.size(); ++s) {
-            add(Exchange::Kind::gather, graph_->sets[s].name, sets_[s].gathers);
-            add(Exchange::Kind::scatter, graph_->sets[s].name, sets_[s].scatters);
-        }
+        for (std::size_t s = 0; s < sets_.size(); ++s) add(Exchange::Kind::gather, graph_->sets[s].name, sets_[s].gathers);
         return all;
     }
     bool loaded = false;
@@ -503,19 +498,18 @@ private:
         refuse_conflicts(uses, "compute set " + set.name, graph_->variables);
         return bound;
     }
-    /// An edge in place, or else its copy on the vertex's tile.
+    /// An edge in place, or else its copy on the vertex's tile. (Poplar would also copy an edge that the vertex writes.)
     Run edge_of(BoundSet& set, unsigned tile, Access access, std::vector<Run> const& all)
     {
         if (all.size() == 1 && all[0].tile == tile) return all[0];
+        if (access != Access::input && !all.empty()) fail("an edge that a vertex writes is not one piece on its tile " + std::to_string(tile));
         Run edge{tile, 0, 0};
         for (auto const& run : all) edge.words += run.words;
         edge.at = take(edge.words);
         bytes_[tile].temporaries += 4 * edge.words;
         auto at = edge.at;
         for (auto const& run : all) {
-            Run const part{tile, at, run.words};
-            if (access != Access::output) set.gathers.emplace_back(run, part);
-            if (access != Access::input) set.scatters.emplace_back(part, run);
+            set.gathers.push_back({run, {tile, at, run.words}});
             at += run.words;
         }
         return edge;
@@ -526,18 +520,15 @@ private:
         if (moves_.contains(&node)) return;
         auto from = runs(node.from), to = runs(node.to);
         auto& moves = moves_[&node];
-        if (node.kind != Node::Kind::copy) {
-            for (auto const& run : from) moves.emplace_back(run, run); // of a stream, or a predicate
-            if (node.kind != Node::Kind::to_device) return;
-        } else {
-            copies_.push_back(&node);
+        if (node.kind != Node::Kind::copy) { // of a stream, or a predicate
+            for (auto const& run : from) moves.emplace_back(run, run);
+            return;
         }
+        copies_.push_back(&node);
         std::vector<Use> uses;
-        if (node.kind == Node::Kind::copy)
-            for (auto const& part : node.from) uses.push_back({part, false});
+        for (auto const& part : node.from) uses.push_back({part, false});
         for (auto const& part : node.to) uses.push_back({part, true});
         refuse_conflicts(uses, "a Copy to " + variable_of(node.to), graph_->variables);
-        if (node.kind != Node::Kind::copy) return;
         for (auto f = from.begin(), t = to.begin(); f != from.end();) {
             auto const n = std::min(f->words, t->words);
             moves.push_back({{f->tile, f->at, n}, {t->tile, t->at, n}});
@@ -636,7 +627,6 @@ private:
         close(memory_.get(), next_);
         for (auto const i : order) compute_one(set.vertices[i], name);
         open(memory_.get(), next_);
-        move(set.scatters);
     }
     /// Computes a vertex. It may write its outputs, and nothing beside its edges changes. To AddressSanitizer its edges alone are open.
     void compute_one(BoundVertex& v, std::string const& set)
@@ -651,7 +641,7 @@ private:
         });
         each([&](Edge& e, std::uint32_t* at) {
             e.beside = beside(e, at);
-            if (digests && e.access == Access::input) e.digest = digest(at, e.run.words);
+            if (digests && e.access == Access::input) e.contents = digest(at, e.run.words);
         });
         each([](Edge& e, std::uint32_t* at) {
             close(at - guard_words, guard_words);
@@ -662,16 +652,13 @@ private:
         each([](Edge& e, std::uint32_t* at) { open(at - guard_words, e.run.words + 2 * guard_words); });
         each([&](Edge& e, std::uint32_t* at) {
             if (e.beside != beside(e, at)) fail(v.said->name() + " wrote beside an edge (compute set " + set + ")");
-            if (digests && e.access == Access::input && e.digest != digest(at, e.run.words)) fail(v.said->name() + " wrote an Input (compute set " + set + ")");
+            if (digests && e.access == Access::input && e.contents != digest(at, e.run.words)) fail(v.said->name() + " wrote an Input (compute set " + set + ")");
         });
         each([](Edge& e, std::uint32_t* at) { close(at - guard_words, e.run.words + 2 * guard_words); });
     }
-    static std::array<std::uint32_t, 2 * guard_words> beside(Edge const& e, std::uint32_t const* at)
+    static std::uint64_t beside(Edge const& e, std::uint32_t const* at)
     {
-        std::array<std::uint32_t, 2 * guard_words> words;
-        std::copy_n(at - guard_words, guard_words, words.begin());
-        std::copy_n(at + e.run.words, guard_words, words.begin() + guard_words);
-        return words;
+        return digest(at - guard_words, guard_words) + 3 * digest(at + e.run.words, guard_words);
     }
     static std::uint64_t digest(std::uint32_t const* at, std::size_t words)
     {

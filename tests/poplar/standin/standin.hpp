@@ -48,9 +48,9 @@ struct TileBytes {
 };
 TileBytes tile_bytes(poplar::Engine const& engine, unsigned tile);
 
-/// Words that move at once: by a Copy, or before (gather) or after (scatter) a compute set whose edges are not one piece on their tile.
+/// Words that move at once: by a Copy, or before a compute set that reads edges which are not one piece on their vertex's tile (gather).
 struct Exchange {
-    enum class Kind { copy, gather, scatter };
+    enum class Kind { copy, gather };
     Kind kind;
     std::string name; ///< "source -> destination", by variables, or the name of the compute set
     std::map<std::pair<unsigned, unsigned>, std::size_t> words; ///< from tile, to tile
