@@ -77,7 +77,8 @@ struct Variable {
 };
 struct FieldData {
     std::vector<std::optional<std::vector<Interval>>> edges; ///< one, unless the field is a list
-    std::optional<unsigned> value;
+    bool sized;
+    std::optional<unsigned> value{};
 };
 struct VertexData {
     VertexType const* type;
@@ -264,7 +265,7 @@ VertexRef Graph::addVertex(ComputeSet const& set, std::string const& name)
     if (!data_->has_codelets || found == standin::vertex_types().end()) fail("there is no codelet " + name);
     auto vertex = std::make_unique<standin::VertexData>();
     vertex->type = &found->second;
-    for (auto const& f : found->second.fields) vertex->fields.push_back({std::vector<std::optional<std::vector<standin::Interval>>>(f.rank < 2), {}});
+    for (auto const& f : found->second.fields) vertex->fields.push_back({std::vector<std::optional<std::vector<standin::Interval>>>(f.rank < 2), f.rank < 2});
     VertexRef ref;
     ref.vertex_ = vertex.get();
     data_->sets[set.id_].vertices.push_back(std::move(vertex));
@@ -274,6 +275,7 @@ void Graph::setFieldSize(FieldRef const& field, std::size_t size)
 {
     if (field.vertex_->type->fields[field.field_].rank != 2 || field.indexed_) fail("only a list has a size");
     field.vertex_->fields[field.field_].edges.resize(size);
+    field.vertex_->fields[field.field_].sized = true;
 }
 void Graph::connect(FieldRef const& field, Tensor const& tensor)
 {
@@ -485,7 +487,8 @@ private:
             for (std::size_t f = 0; f < vertex->fields.size(); ++f) {
                 auto const& field = vertex->type->fields[f];
                 auto const& data = vertex->fields[f];
-                if (field.access == Access::value && !data.value) fail("field " + field.name + " of " + vertex->name() + " has no value");
+                if (!data.sized || (field.access == Access::value && !data.value))
+                    fail("field " + field.name + " of " + vertex->name() + " has no size, or no value");
                 state += field.rank == 0 ? 4 : field.rank == 1 ? 8 : 8 * (1 + data.edges.size());
                 if (field.access == Access::value) continue;
                 for (auto const& parts : data.edges) {
