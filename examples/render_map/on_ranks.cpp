@@ -228,7 +228,7 @@ public:
     scene::Map const& map() const override { return own_->map(); } // this process's share
     tilemesh::Extent2 grid() override { return own_->grid(); }
     tilemesh::Extent2 tile() override { return own_->tile(); }
-    tilemesh::render::Setup const& facts() const override { return own_->setup(); }
+    tilemesh::render::Setup const& setup() const override { return own_->setup(); }
 
 private:
     std::unique_ptr<AnyRenderer> own_;

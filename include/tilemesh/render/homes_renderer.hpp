@@ -337,7 +337,9 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.host_ms.total = all.milliseconds();
 }
 
-/// The renderer of homes that the compiled library has: by reference, for any choice and any engine of one process.
+/// The pixels of a renderer by value that serves setups with planes.
+using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
+/// The renderer of homes that the compiled library has: by reference, for any setup and any engine of one process.
 using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 
 #if defined(TILEMESH_COMPILED)

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
@@ -12,13 +13,15 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// All members are words of 8 bytes, which processes add up.
 template <class Counts, class Work>
 class TileSums {
+    static constexpr std::size_t words = sizeof(Counts) / 4, members = sizeof(Work) / 4 / Work::max_workers;
+
 public:
     void add(Counts const& c, Work const& w) noexcept
     {
-        auto const counts = std::bit_cast<std::array<std::uint32_t, words>>(c);
-        for (std::size_t i = 0; i < words; ++i) words_[i] += counts[i];
-        auto const pairs = std::bit_cast<std::array<std::uint32_t, members * Work::max_workers>>(w);
-        for (std::size_t i = 0; i < pairs.size(); ++i) of_workers_[i / Work::max_workers] += pairs[i];
+        // Every frame adds the words of all tiles: without loops, GCC takes half the instructions.
+        add_each(std::bit_cast<std::array<std::uint32_t, words>>(c), std::make_index_sequence<words>{});
+        add_workers(std::bit_cast<std::array<std::uint32_t, members * Work::max_workers>>(w),
+                    std::make_index_sequence<members * Work::max_workers>{});
     }
     std::uint64_t& operator[](std::uint32_t Counts::*word) noexcept { return words_[numbered<Counts, words>.*word]; }
     std::uint64_t operator[](std::uint32_t Counts::*word) const noexcept { return words_[numbered<Counts, words>.*word]; }
@@ -35,7 +38,17 @@ public:
     }
 
 private:
-    static constexpr std::size_t words = sizeof(Counts) / 4, members = sizeof(Work) / 4 / Work::max_workers;
+    template <std::size_t... I>
+    void add_each(std::array<std::uint32_t, words> const& counts, std::index_sequence<I...>) noexcept
+    {
+        ((words_[I] += counts[I]), ...);
+    }
+    template <std::size_t... I>
+    void add_workers(std::array<std::uint32_t, sizeof...(I)> const& pairs, std::index_sequence<I...>) noexcept
+    {
+        ((of_workers_[I / Work::max_workers] += pairs[I]), ...);
+    }
+
     /// A state whose words are their numbers.
     template <class State, std::size_t N>
     static constexpr State numbered = [] {
