@@ -56,8 +56,8 @@ constexpr Setup narrow = with(lossless, [](Setup& s) {
     s.sizes.storage = 100;
 });
 struct Narrow : SetupType<narrow> {};
-constexpr Setup large = with(lossless, [](Setup& s) { s.sizes.storage = 2500; });
-struct Large : SetupType<large> {};
+constexpr Setup too_large = with(lossless, [](Setup& s) { s.sizes.storage = 2500; });
+struct Large : SetupType<too_large> {};
 
 std::string line_of(machine::Region const& r)
 {
