@@ -73,6 +73,14 @@ TILEMESH_HOST Setup on_machine(Setup setup, MachineSize const& machine, std::uin
 
 }}} // namespace tilemesh::render
 
+namespace tilemesh { inline namespace v0_2 { namespace render::detail {
+/// `fill_storage` for homes (detail/homes_layout_code.hpp).
+TILEMESH_HOST Setup fill_homes(Setup setup, Grid grid, Extent2 tile);
+/// Gives a list, which has one slot, as many as the rest of the SRAM has room for: one more does not fit.
+TILEMESH_HOST void fill(Setup& setup, std::uint32_t splat::Sizes::*list, std::uint64_t bytes_with_one);
+}}} // namespace tilemesh::render::detail
+
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/render/detail/setup_code.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #endif

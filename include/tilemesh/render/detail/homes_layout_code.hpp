@@ -102,6 +102,23 @@ try {
     return false;
 }
 
+TILEMESH_HOST Setup detail::fill_homes(Setup setup, Grid grid, Extent2 tile)
+{
+    RendererOptions options;
+    options.grid = {grid.width, grid.height};
+    auto const side = [](std::uint32_t tiles, std::uint32_t pixels) { // a product that is too large stays too large
+        return static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tiles} * pixels, 0xffffffffu));
+    };
+    setup.fit = false;
+    setup.sizes.homes = 1;
+    auto const one = layout_homes(setup, options, {side(grid.width, tile.width), side(grid.height, tile.height)}, 1).setup;
+    auto full = one;
+    fill(full, &splat::Sizes::homes, sram_bytes_of(one));
+    setup.district = one.district;
+    setup.sizes.homes = full.sizes.homes;
+    return setup;
+}
+
 TILEMESH_HOST void take_districts(Setup& choice, std::uint32_t side)
 {
     if (choice.district == 0) choice.district = side;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 
@@ -19,7 +18,6 @@ TILEMESH_HOST std::uint32_t shrunk(std::uint32_t slots, MachineSize const& from,
     if (slots == dynamic_capacity || slots == 0 || data(to) >= data(from)) return slots;
     return static_cast<std::uint32_t>(std::max<std::uint64_t>(slots * data(to) / data(from), 1));
 }
-/// Gives a list, which has one slot, as many as the rest of the SRAM has room for: one more does not fit.
 TILEMESH_HOST void fill(Setup& setup, std::uint32_t splat::Sizes::*list, std::uint64_t bytes_with_one)
 {
     setup.sizes.*list = 2;
@@ -77,21 +75,7 @@ TILEMESH_HOST Setup on_machine(Setup setup, MachineSize const& machine, std::uin
 
 TILEMESH_HOST Setup fill_storage(Setup setup, Grid grid, Extent2 tile)
 {
-    if (setup.program == splat::Program::homes) {
-        RendererOptions options;
-        options.grid = {grid.width, grid.height};
-        auto const side = [](std::uint32_t tiles, std::uint32_t pixels) { // a product that is too large stays too large
-            return static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tiles} * pixels, 0xffffffffu));
-        };
-        setup.fit = false;
-        setup.sizes.homes = 1;
-        auto const one = layout_homes(setup, options, {side(grid.width, tile.width), side(grid.height, tile.height)}, 1).setup;
-        auto full = one;
-        detail::fill(full, &splat::Sizes::homes, sram_bytes_of(one));
-        setup.district = one.district;
-        setup.sizes.homes = full.sizes.homes;
-        return setup;
-    }
+    if (setup.program == splat::Program::homes) return detail::fill_homes(setup, grid, tile);
     std::uint64_t const pixels = std::uint64_t{tile.width} * tile.height, tiles = std::uint64_t{grid.width} * grid.height;
     if (tiles == 0 || tiles > setup.machine.tiles)
         throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles (" + setup.machine.name + " has " +
