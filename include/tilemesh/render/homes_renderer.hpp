@@ -346,13 +346,14 @@ using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh,
 extern template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 #endif
 
-/// Makes a renderer of homes on host threads, by reference.
-inline std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
+/// Makes a renderer of homes on host threads, by reference. It is a template, so that only its callers compile the renderer.
+template <class P = splat::homes::AnyHostPolicies>
+std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
 {
 #if defined(TILEMESH_COMPILED)
     return std::make_unique<HostHomesRenderer>(std::move(map), setup, options);
 #else
-    return std::make_unique<HomesRenderer<splat::homes::AnyHostPolicies>>(std::move(map), setup, options);
+    return std::make_unique<HomesRenderer<P>>(std::move(map), setup, options);
 #endif
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/engine/counters.hpp>
@@ -14,13 +13,15 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 template <class Counts, class Work>
 class TileSums {
     static constexpr std::size_t words = sizeof(Counts) / 4, members = sizeof(Work) / 4 / Work::max_workers;
+    using Words = std::array<std::uint32_t, words>;
+    using WorkersWords = std::array<std::uint32_t, members * Work::max_workers>;
 
 public:
     void add(Counts const& c, Work const& w) noexcept
     {
         // Every frame adds the words of all tiles: without loops, GCC takes half the instructions.
-        add_each(std::bit_cast<std::array<std::uint32_t, words>>(c), std::make_index_sequence<words>{});
-        add_workers(std::bit_cast<std::array<std::uint32_t, members * Work::max_workers>>(w),
+        add_each(__builtin_bit_cast(Words, c), std::make_index_sequence<words>{});
+        add_workers(__builtin_bit_cast(WorkersWords, w),
                     std::make_index_sequence<members * Work::max_workers>{});
     }
     std::uint64_t& operator[](std::uint32_t Counts::*word) noexcept { return words_[numbered<Counts, words>.*word]; }
@@ -54,7 +55,7 @@ private:
     static constexpr State numbered = [] {
         std::array<std::uint32_t, N> numbers{};
         for (std::size_t i = 0; i < N; ++i) numbers[i] = static_cast<std::uint32_t>(i);
-        return std::bit_cast<State>(numbers);
+        return __builtin_bit_cast(State, numbers);
     }();
 
     std::uint64_t words_[words]{}, of_workers_[members]{};
