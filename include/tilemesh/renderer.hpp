@@ -1,104 +1,160 @@
 #pragma once
+#include <concepts>
+#include <cstdint>
+#include <functional>
 #include <memory>
-#include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/engine/port.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/render/frame_renderer.hpp>
-#include <tilemesh/render/host_form.hpp>
+#include <optional>
+#include <string>
+#include <tilemesh/config.hpp>
+#include <tilemesh/engine/counters.hpp>
+#include <tilemesh/engine/trace.hpp>
+#include <tilemesh/render/core.hpp>
 #include <tilemesh/render/picture.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/setup.hpp>
+#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/splat/fitted.hpp>
-#include <type_traits>
-#include <utility>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/rules.hpp>
 
 namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
-/// The policies that serve all setups by reference with the library's routing, blending and colours: every preset on every machine, with
-/// records of any degree, with or without planes, routing and bloom.
-using HostPolicies = splat::PoliciesOf<splat::HostSetup<splat::Lossless>>;
-/// The renderer that serves these setups, on any engine of one process (PortMesh), with or without a trace. It is the one renderer of the
-/// anchored program in the compiled library.
-using HostRenderer = FrameRenderer<HostPolicies, PortMesh, Traced<AnyMachine>>;
-} // namespace render
 
-namespace detail {
-/// The renderer of setup S on an engine.
-template <class S, template <class, class> class Engine>
-struct CoreOf {
-    using type = render::FrameRenderer<splat::PoliciesOf<S>, Engine,
-                                       std::conditional_t<is_traced<typename S::Machine>, Traced<AnyMachine>, AnyMachine>>;
+/// May anchored tiles render a frame? No if the records are more than the tiles have slots, or if the tiles have no room for the pixels.
+struct MayFitAnchored {
+    bool records;
+    Cut cut;
+    MachineSize machine;
+    std::uint32_t tile_pixels;
+
+    bool frame(Extent2 size) const noexcept { return fits(cut, size.width, size.height, machine, tile_pixels); }
 };
-/// A setup with policies of its own has no port: it renders on threads.
-template <class S>
-struct CoreOf<S, PortMesh> : CoreOf<S, Mesh> {};
-template <class S>
-    requires splat::is_served_by_words<S>
-struct CoreOf<S, PortMesh> {
-    using type = render::HostRenderer;
-};
-} // namespace detail
+inline MayFitAnchored may_fit_anchored(std::uint64_t records, Setup const& setup, RendererOptions const& options) noexcept
+{
+    std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : setup.machine.tiles;
+    std::uint64_t const slots = options.storage_slots != 0 ? options.storage_slots : setup.sizes.storage;
+    return {records <= tiles * slots, {options.grid, options.tile}, setup.machine, setup.sizes.tile_pixels};
+}
+
+/// The program of a setup on an engine of this process, by reference: that of anchored tiles, or of homes if `setup.program` says so. The
+/// options name the engine and say whether it keeps a trace. Throws Error as the constructors of Renderer do.
+TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup, RendererOptions const& options);
+
+using MakeCore = std::unique_ptr<Core>(scene::Map map, Setup const& setup, RendererOptions const& options);
+/// Makes what is not the anchored program on plain threads. It is apart, so that a program without it need not compile or link it. With
+/// headers alone, <tilemesh/all_programs.hpp> sets it.
+#if defined(TILEMESH_COMPILED)
+std::unique_ptr<Core> make_other_core(scene::Map map, Setup const& setup, RendererOptions const& options);
+#else
+inline constinit MakeCore* make_other_core = nullptr;
+#endif
+
+} // namespace render
 
 /// Renders a map on a mesh of tiles, frame after frame. It loads the map's records onto the tiles once, then runs the frame program for
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
 /// moves none.
 ///
-/// `S` is a setup (splat/setup_types.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, PortMesh (engine/port.hpp), by value also
-/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the
-/// host moves references instead of records, and projects each record once per view: pictures and reports are those of S, in a fraction of
-/// the time. Its digests are those of the references, so they differ from the digests of values.
+/// It is the same type in every build. What it runs is a value: the setup (splat/setup.hpp) has machine, sizes and policies, and the options
+/// name the program and the engine of this process, and ask for a trace. A host keeps each record once, moves references, and
+/// projects each record once per view; pictures and reports are those of a machine that moves values (render/host_form.hpp). With headers alone,
+/// this header has the anchored program on host threads; other programs and engines, and traces, are in <tilemesh/all_programs.hpp>, which one
+/// source file of a program includes. tilemesh::compiled has all.
 ///
-/// With the compiled library (TILEMESH_COMPILED), the default engine is PortMesh: all setups by reference share the library's renderer
-/// (render::HostRenderer), except setups with their own routing or blending, and a program compiles no kernel. With headers alone the
-/// default is Mesh: a renderer is compiled for its setup, without what the setup leaves out. Setups by reference share that renderer's code,
-/// except setups with planes, without routing or bloom, or with their own routing or blending. Results are equal.
+/// **Programs.** `anchored`: records move to anchor tiles. `homes`: a map of any density, in rounds. `automatic`: anchored as long as nothing
+/// is missing; a frame that would lack records or copies, or has more pixels than anchored tiles have room for, is rendered by homes instead,
+/// and so are all later frames. The frame at the change runs both; its report is that of homes, with the host time of both. If
+/// homes have no room for the map either, the anchored program goes on, and its reports list what is missing. `automatic` stays anchored where
+/// homes lack something: a setup that drops or copies splats, bounded hops, a tile's size, sizes in the options.
+///
+/// Policies of your own, and engines of another machine, are types: `BasicRenderer` (basic_renderer.hpp) renders with one setup type
+/// on one engine, and a Renderer takes it as its core.
 ///
 /// Errors: it throws Error if the frame, the grid or the map does not fit the machine, if the map has a higher degree of harmonics than the
 /// setup's records (scene::at_degree drops the rest), if two records have one id, or if a limit is out of range. A record that finds
-/// no room while a frame runs is not an error: the frame's report lists it by id and cause. With `Hold`, a record whose anchor tile is full
-/// goes back to the host, which puts it onto the mesh again for the next view. With `Drop` the record is lost, as on the paper's machine.
+/// no room while a frame runs is not an error: the frame's report lists it by id and cause. A setup that holds gives a record whose anchor tile
+/// is full back to the host, which puts it onto the mesh again for the next view. One that drops loses the record, as on the paper's machine.
 /// If an unplaced record left copies on other tiles, the host recalls them and the frame is composited again, so that the picture shows a
 /// record whole or not at all. After an exception (also std::bad_alloc), the next frame builds a new mesh and loads the map.
-#if defined(TILEMESH_COMPILED)
-template <class S = splat::Lossless, template <class, class> class Engine = PortMesh>
-#else
-template <class S = splat::Lossless, template <class, class> class Engine = Mesh>
-#endif
-class BasicRenderer : public detail::CoreOf<S, Engine>::type {
+class Renderer {
 public:
-    /// The renderer that all setups with these policies share.
-    using Core = typename detail::CoreOf<S, Engine>::type;
-    using Setup = S;
-    using Value = typename splat::ValueOf<S>::type;
-    using Machine = typename S::Machine;
-    using Layout = Tile<Machine, splat::Frame<Value>, Value>; ///< a tile of the machine that S simulates
-    using typename Core::EngineOptions;
+    /// Makes the core of homes from the records of the anchored one, when it is needed. It may throw Error.
+    using MakeHomes = std::function<std::unique_ptr<render::Core>(scene::Map const&)>;
 
-    /// `engine`: the engine's other options. The renderer sets its threads and digest from `options`.
-    explicit BasicRenderer(scene::Map map, RendererOptions options = {}, EngineOptions engine = {})
-        : Core(std::move(map), render::setup_for<Value>(options), options, for_machine(std::move(engine)))
+    /// `lossless` on Mk2, with records of the map's degree.
+    explicit Renderer(scene::Map map, RendererOptions const& options = {});
+    /// A setup of your own. `homes`: what the program of homes has, if that is not `splat::as_homes(setup)`.
+    template <std::same_as<render::Setup> S> // so that {.threads = 2} can only be options
+    Renderer(scene::Map map, S const& setup, RendererOptions const& options = {}, std::optional<render::Setup> const& homes = {})
+    {
+        make(std::move(map), setup, options, homes);
+    }
+    /// A core of your own.
+    explicit Renderer(std::unique_ptr<render::Core> core) : core_(std::move(core)) {}
+    /// The program `automatic` with cores of your own. A frame that may not fit is of homes at once.
+    Renderer(std::unique_ptr<render::Core> anchored, MakeHomes make_homes, render::MayFitAnchored const& may_fit)
+        : core_(std::move(anchored)), make_homes_(std::move(make_homes)), may_fit_(may_fit)
     {
     }
+
+    RenderedFrame render(splat::Camera const& camera)
+    {
+        RenderedFrame frame;
+        render_into(camera, frame);
+        return frame;
+    }
+    /// Renders into an existing frame and reuses its memory, for many frames of one size. After an exception the frame holds no picture.
+    void render_into(splat::Camera const& camera, RenderedFrame& frame);
+    /// Builds the mesh for frames of this size and loads the map, which the first frame does otherwise.
+    void prepare(std::uint32_t width, std::uint32_t height) { core_->prepare(width, height); }
+    /// Moves records to the tiles that will want them in the view of `camera`, without a picture (render::FrameRenderer::prefetch).
+    render::Prefetched prefetch(splat::Camera const& camera) { return core_->prefetch(camera); }
+
+    /// The rules of the picture. Change them between frames.
+    splat::Rules& rules() { return core_->rules(); }
+    /// Names the demand to which the map was reduced. From now on `render` throws Error for a view that the demand does not cover, and it
+    /// counts the records that were not loaded as parked.
+    void hold_to(scene::Demand const& demand);
+    /// Sets the function that the mesh calls after every superstep; see SuperstepEvent. It follows a change of the program.
+    void observe(Observer observer);
+    /// The trace of the last frame, superstep by superstep. Throws Error without `RendererOptions::trace`.
+    Trace const& trace() const { return std::as_const(*core_).trace(); }
+
+    scene::Map const& map() const { return core_->map(); } ///< the records that the renderer has; perhaps in another order
+    Extent2 grid() const { return core_->grid(); }         ///< tiles of the last frame; call `render` first
+    Extent2 tile() const { return core_->tile(); }         ///< pixels of a tile in the last frame; call `render` first
+    render::Setup const& setup() const { return core_->setup(); } ///< with the sizes of the last frame
+    /// The slots of one bloom channel. Without bloom: of one routing channel. Without both: 0.
+    std::uint32_t channel_slots() const
+    {
+        auto const& s = setup();
+        return s.program == splat::Program::homes ? s.sizes.road : s.blooms ? s.sizes.beam : s.routes ? s.sizes.road : 0;
+    }
+    /// The tiles of the picture that composited in the last frame; the others kept their pixels. It is a fact about the host.
+    std::uint32_t composited_tiles() const noexcept { return core_->composited_tiles(); }
+
+    /// The program of the last frame, and of the next one unless that would lack something. Its mesh has the states of the tiles
+    /// (`dynamic_cast<render::HostRenderer&>`).
+    render::Core& core() const noexcept { return *core_; }
+    /// Why `automatic` changed to homes, in words: "1200 records and 3 copies would be missing". Empty as long as it did not change.
+    std::string const& change() const noexcept { return change_; }
+    /// Why it could not change to homes: the text of the Error. Empty if it could, or need not.
+    std::string const& change_refused() const noexcept { return change_refused_; }
 
 private:
-    static EngineOptions for_machine(EngineOptions engine)
-    {
-        if constexpr (std::is_same_v<Core, render::HostRenderer>) engine.trace = engine.trace || is_traced<Machine>;
-        return engine;
-    }
+    void make(scene::Map map, render::Setup const& setup, RendererOptions const& options, std::optional<render::Setup> const& homes);
+
+    std::unique_ptr<render::Core> core_;
+    MakeHomes make_homes_; ///< empty after the change, and for one program
+    render::MayFitAnchored may_fit_{};
+    std::optional<scene::Demand> demand_; ///< only the facts about views
+    Observer observer_;
+    std::string change_, change_refused_;
 };
 
-/// The default: `lossless` on Mk2, on host threads, by reference.
-using Renderer = BasicRenderer<splat::Referenced<splat::Lossless>>;
-
-#if defined(TILEMESH_COMPILED)
-extern template class render::FrameRenderer<render::HostPolicies, PortMesh, Traced<AnyMachine>>;
-extern template render::Prefetched
-render::FrameRenderer<render::HostPolicies, PortMesh, Traced<AnyMachine>>::prefetch<render::HostPolicies>(splat::Camera const&);
-extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>
-make_threads_port(render::HostRenderer::Program const&, Grid, MeshSizes<render::HostRenderer::Program> const&, MeshOptions const&);
-extern template std::unique_ptr<engine::Port<render::HostRenderer::Program>>
-make_checked_port(render::HostRenderer::Program const&, Grid, MeshSizes<render::HostRenderer::Program> const&, MeshOptions const&);
-#endif
-
 }} // namespace tilemesh
+
+#if !defined(TILEMESH_COMPILED)
+#include <tilemesh/render/detail/renderer_code.hpp>
+#endif

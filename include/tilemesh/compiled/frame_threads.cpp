@@ -1,6 +1,6 @@
 // A part of tilemesh::compiled: the anchored program on host threads.
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 
 namespace tilemesh { inline namespace v0_2 {
 using Program = render::HostRenderer::Program;

@@ -1,6 +1,14 @@
-// A part of tilemesh::compiled: the renderer of the program of homes, by reference, for all choices and all engines of one process.
-#include <tilemesh/render/homes_renderer.hpp>
+// A part of tilemesh::compiled: the program of homes, by reference, for all setups and all engines of one process, and what a Renderer has
+// beside the anchored program on threads.
+#include <tilemesh/all_programs.hpp>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
 template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
+
+std::unique_ptr<Core> make_other_core(scene::Map map, Setup const& setup, RendererOptions const& options)
+{
+    return setup.program == splat::Program::homes ? make_on_port<HostHomesRenderer>(std::move(map), setup, options)
+                                                  : make_on_port<HostRenderer>(std::move(map), setup, options);
+}
 }}} // namespace tilemesh::render

@@ -1,5 +1,4 @@
-// A part of tilemesh::compiled: maps in other formats than PLY, what chooses the reader, and what a map needs.
-#include <tilemesh/scene/detail/demand_code.hpp>
+// A part of tilemesh::compiled: maps in other formats than PLY, and what chooses the reader.
 #include <tilemesh/scene/detail/map_file_code.hpp>
 #include <tilemesh/scene/detail/packed_input_code.hpp>
 #include <tilemesh/scene/detail/sog_code.hpp>

@@ -6,6 +6,7 @@
 #include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/render/accounting.hpp>
+#include <tilemesh/render/core.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
@@ -23,14 +24,14 @@ namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
 
-/// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (Setup). `Machine` is AnyMachine or
-/// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
+/// The anchored program with policies P, on an engine. It takes the setup as a value (Setup). `Machine` is AnyMachine or
+/// Traced<AnyMachine>. A Renderer runs `HostRenderer` (basic_renderer.hpp), which serves all setups by reference.
 ///
 /// The way of a Gaussian: `RecordTable` (the map) - `RecordKeeper` (onto tiles) - `ScreenCache` (projected, by reference) - the program
 /// splat::Frame on the mesh, whose kernels read it through `splat::Access` (by reference: splat/references.hpp) - `Host::picture`.
 /// render/ranks/host.hpp says what differs on an engine over several processes.
 template <class P, template <class, class> class Engine, class Machine>
-class FrameRenderer {
+class FrameRenderer : public Core {
 public:
     using Policies = P;
     using Program = splat::Frame<P>;
@@ -48,21 +49,19 @@ public:
                                                              "of another process cannot read that table); choose a setup by value");
 
     FrameRenderer(scene::Map map, Setup setup, RendererOptions const& options, EngineOptions engine);
-    ~FrameRenderer();
-    FrameRenderer(FrameRenderer const&) = delete;
-    FrameRenderer& operator=(FrameRenderer const&) = delete;
+    ~FrameRenderer() override;
 
     /// The rules of the picture. Change them between frames.
-    splat::Rules& rules() noexcept { return rules_; }
+    splat::Rules& rules() noexcept override { return rules_; }
     splat::Rules const& rules() const noexcept { return rules_; }
 
     /// What it renders with.
-    Setup const& setup() const noexcept { return setup_; }
+    Setup const& setup() const noexcept override { return setup_; }
 
     /// The parameters with which a mesh is built, if tiles store a form of their own of the records: what these share must be known before
     /// the first record is loaded. The next mesh has them. The map must have the records that this form stands for, because the host
     /// projects the map's.
-    template <class Q = P> // a template, as `trace`
+    template <class Q = P> // a template, as `gather_trace`
     void begin_with(typename Q::Parameters const& parameters)
         requires(splat::stores_own_form<Q>)
     {
@@ -76,19 +75,20 @@ public:
 
     /// The tiles of the picture that composited in the last frame; the others kept their pixels (render/kept_pixels.hpp). A tile counts twice
     /// if it composited in both runs of a frame that ran twice. It is a fact about the host, so it is not in the report.
-    std::uint32_t composited_tiles() const noexcept { return composited_; }
+    std::uint32_t composited_tiles() const noexcept override { return composited_; }
 
     /// The trace of the last frame, superstep by superstep; only on a Traced machine, and an Error if the engine's options say that the mesh
     /// keeps none. If the host recalled copies, the program ran twice, and the trace holds both runs in order. The mesh's own trace holds the
     /// second run only. Neither trace contains the host's work. On several processes, it is the trace of this process's tiles.
-    template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
-    Trace const& trace() const
-        requires(is_traced<M>)
+    Trace const& trace() const override
     {
-        return host_.trace();
+        if constexpr (is_traced<Machine>)
+            return host_.trace();
+        else
+            return Core::trace();
     }
     /// The trace of all tiles, in the first of several processes; an empty one in the others. Every process calls it.
-    template <class M = Machine>
+    template <class M = Machine> // a template, because Clang 14 instantiates members of an `extern template` whatever they require
     Trace gather_trace()
         requires(is_traced<M>)
     {
@@ -96,21 +96,24 @@ public:
     }
 
     /// The records that the renderer has, as a map.
-    scene::Map const& map() const noexcept { return records_.map(); }
+    scene::Map const& map() const noexcept override { return records_.map(); }
+    Extent2 grid() override
+    {
+        auto const grid = host_.mesh().grid();
+        return {grid.width, grid.height};
+    }
+    Extent2 tile() override { return {tiling_.tile_width, tiling_.tile_height}; }
 
     /// Builds the mesh for frames of this size and loads the map. Does nothing if this mesh exists already. On several processes, this mesh has
     /// bands of equal height; the mesh that `render` builds has bands of equal work in its view.
-    void prepare(std::uint32_t width, std::uint32_t height);
+    void prepare(std::uint32_t width, std::uint32_t height) override;
 
     /// Sets the function that the mesh calls after every superstep; see SuperstepEvent.
-    void observe(Observer observer);
+    void observe(Observer observer) override;
 
     /// Renders one frame. The records start on the tiles where the last frame left them. After an exception (out of memory, an observer
     /// that threw, an error of the mesh), the next frame starts like the first one: it builds a new mesh and loads the map.
-    RenderedFrame render(splat::Camera const& camera);
-
-    /// Renders into an existing frame and reuses its memory, for many frames of one size. After an exception the frame holds no picture.
-    void render_into(splat::Camera const& camera, RenderedFrame& result);
+    void render_into(splat::Camera const& camera, RenderedFrame& result) override;
 
     /// Moves records and copies to the tiles that will want them in the view of `camera`, without a picture: the steps project, route and
     /// bloom. Call it between two frames with the camera that you expect, as `track::predicted` finds it from the last two poses. The next
@@ -118,10 +121,9 @@ public:
     /// moves back in that frame. It may also come before the first frame.
     ///
     /// It is a run of its own: an observer sees its supersteps, and `trace` has them until the next frame. It throws Error for a setup that
-    /// drops records or does not route, for a bound on hops, and for a camera that no frame can have. Then no record moved.
-    template <class Q = P> // a template, as `trace`
-    Prefetched prefetch(splat::Camera const& camera)
-        requires(splat::has_parts_words<typename Q::Parameters>);
+    /// drops records or does not route, for policies without words for a frame's parts, for a bound on hops, and for a camera that no frame can
+    /// have. Then no record moved.
+    Prefetched prefetch(splat::Camera const& camera) override;
 
 private:
     void prepare_for(std::uint32_t width, std::uint32_t height, splat::View const* view);
@@ -279,18 +281,10 @@ void FrameRenderer<P, Engine, Machine>::observe(Observer observer)
 }
 
 template <class P, template <class, class> class Engine, class Machine>
-RenderedFrame FrameRenderer<P, Engine, Machine>::render(splat::Camera const& camera)
-{
-    RenderedFrame result;
-    render_into(camera, result);
-    return result;
-}
-
-template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
     engine::Stopwatch const all;
-    auto const view = host_.view_of(camera, rules_, [](splat::View const&) {});
+    auto const view = host_.view_of(camera, rules_, [&](splat::View const& v) { views_.require(v); });
     prepare_for(camera.width, camera.height, &view);
     engine::Stopwatch const preparing;
     host_.begin_frame();
@@ -312,6 +306,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report = std::move(report);
     result.report.width = camera.width;
     result.report.height = camera.height;
+    result.report.gaussians.parked += views_.culled();
     last_ = view;
     left_.cut = options_.hops != 0;
     prefetched_ = false;
@@ -321,29 +316,32 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 }
 
 template <class P, template <class, class> class Engine, class Machine>
-template <class Q>
 Prefetched FrameRenderer<P, Engine, Machine>::prefetch(splat::Camera const& camera)
-    requires(splat::has_parts_words<typename Q::Parameters>)
 {
-    engine::Stopwatch const all;
-    check_prefetch(setup_, options_.hops);
-    auto const view = host_.view_of(camera, rules_, [](splat::View const&) {});
-    prepare_for(camera.width, camera.height, &view);
-    host_.begin_frame();
     Prefetched result;
-    if (put_records(view)) {
-        tell(view, true);
-        frame().draws = 0;
-        auto const report = finish(host_.run());
-        // The next frame is a new view, so it need not run again for the copies that the host recalls here.
-        (void)keeper_.recall_copies(host_);
-        check_sums(report, records_.all_rows(), 0);
-        last_ = view;
-        prefetched_ = true;
-        result = {report.exchanges.total(), report.messages, report.exchanged_live_bytes, report.gaussians.moved, 0};
+    if constexpr (splat::has_parts_words<Parameters>) {
+        engine::Stopwatch const all;
+        check_prefetch(setup_, options_.hops);
+        auto const view = host_.view_of(camera, rules_, [](splat::View const&) {});
+        prepare_for(camera.width, camera.height, &view);
+        host_.begin_frame();
+        if (put_records(view)) {
+            tell(view, true);
+            frame().draws = 0;
+            auto const report = finish(host_.run());
+            // The next frame is a new view, so it need not run again for the copies that the host recalls here.
+            (void)keeper_.recall_copies(host_);
+            check_sums(report, records_.all_rows(), 0);
+            last_ = view;
+            prefetched_ = true;
+            result = {report.exchanges.total(), report.messages, report.exchanged_live_bytes, report.gaussians.moved, 0};
+        }
+        host_.end_frame();
+        result.host_ms = all.milliseconds();
+    } else {
+        throw Error("a prefetch with policies as types (they have no words that leave out a picture); use a Renderer, with headers alone and "
+                    "<tilemesh/all_programs.hpp>");
     }
-    host_.end_frame();
-    result.host_ms = all.milliseconds();
     return result;
 }
 

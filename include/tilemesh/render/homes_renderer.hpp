@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <tilemesh/any_renderer.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/port.hpp>
 #include <tilemesh/engine/stopwatch.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/either.hpp>
+#include <tilemesh/render/core.hpp>
 #include <tilemesh/render/homes_results.hpp>
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/homes_form.hpp>
@@ -53,7 +53,7 @@ void check_homes(Setup const& s)
 /// CONTRIBUTING.md names the files on the way of a Gaussian. On an engine over several processes (render/ranks/host.hpp), records and
 /// pixels may have more than the choice asks for, which changes no result: the ledger is that of the choice.
 template <class P, template <class, class> class Engine = Mesh, class Machine = AnyMachine>
-class HomesRenderer : public AnyRenderer {
+class HomesRenderer : public Core {
 public:
     using Program = splat::homes::Frame<P>;
     using MeshType = Engine<Program, Machine>;
@@ -68,12 +68,9 @@ public:
     HomesRenderer(scene::Map map, Setup const& setup, RendererOptions options = {}, EngineOptions engine = {});
     ~HomesRenderer() override;
 
-    RenderedFrame render(splat::Camera const& camera) override;
-    /// Renders into an existing frame and reuses its memory. After an exception the frame holds no picture, and the next one begins anew.
-    void render_into(splat::Camera const& camera, RenderedFrame& result);
+    void render_into(splat::Camera const& camera, RenderedFrame& result) override;
 
     splat::Rules& rules() override { return choice_.rules; }
-    void hold_to(scene::Demand const& demand) override { views_ = scene::LoadedViews(demand); }
     scene::Map const& map() const override { return records_.table().map(); }
     Extent2 grid() override { return {grid_.width, grid_.height}; }
     Extent2 tile() override { return {fold_.x.layers * splat::block_width, fold_.y.layers * splat::block_height}; }
@@ -81,21 +78,22 @@ public:
     MeshType& mesh() noexcept { return host_.mesh(); }
     /// The trace of the last frame, chapter after chapter; only on a Traced machine whose mesh keeps one. A frame whose view did not change has
     /// no superstep. On several processes, it is the trace of this process's tiles.
-    template <class M = Machine>
-    Trace const& trace() const
-        requires(is_traced<M>)
+    Trace const& trace() const override
     {
-        return host_.trace();
+        if constexpr (is_traced<Machine>)
+            return host_.trace();
+        else
+            return Core::trace();
     }
     splat::homes::Fold const& fold() const noexcept { return fold_; }
-    void observe(Observer observer) { host_.observe(std::move(observer)); }
+    void observe(Observer observer) override { host_.observe(std::move(observer)); }
 
 private:
     using Parameters = typename P::Parameters;
 
     /// The form of pixels and blocks that have two.
     bool wide() const noexcept { return choice_.depth || choice_.alpha; }
-    void prepare(std::uint32_t width, std::uint32_t height)
+    void build_for(std::uint32_t width, std::uint32_t height)
     {
         if (host_.has_mesh() && width == size_.width && height == size_.height) return;
         host_.drop_mesh();
@@ -278,7 +276,6 @@ private:
     std::optional<splat::View> last_;
     std::uint64_t visible_ = 0;
     std::vector<report::UnfinishedTile> unfinished_;
-    scene::LoadedViews views_;
 };
 
 // As in FrameRenderer, the members that users call are defined outside the class.
@@ -299,20 +296,12 @@ template <class P, template <class, class> class Engine, class Machine>
 HomesRenderer<P, Engine, Machine>::~HomesRenderer() = default;
 
 template <class P, template <class, class> class Engine, class Machine>
-RenderedFrame HomesRenderer<P, Engine, Machine>::render(splat::Camera const& camera)
-{
-    RenderedFrame frame;
-    render_into(camera, frame);
-    return frame;
-}
-
-template <class P, template <class, class> class Engine, class Machine>
 void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
     engine::Stopwatch const all;
     auto const view = host_.view_of(camera, choice_.rules, [&](splat::View const& v) { views_.require(v); });
     host_.begin_frame();
-    prepare(camera.width, camera.height);
+    build_for(camera.width, camera.height);
     bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;
     report::FrameReport report;
     report.program = report::Program::homes;
@@ -339,23 +328,12 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 
 /// The pixels of a renderer by value that serves setups with planes.
 using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
-/// The renderer of homes that the compiled library has: by reference, for any setup and any engine of one process.
+/// The homes that a Renderer runs: by reference, for any setup and any engine of one process.
 using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 
 #if defined(TILEMESH_COMPILED)
 extern template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 #endif
-
-/// Makes a renderer of homes on host threads, by reference. It is a template, so that only its callers compile the renderer.
-template <class P = splat::homes::AnyHostPolicies>
-std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
-{
-#if defined(TILEMESH_COMPILED)
-    return std::make_unique<HostHomesRenderer>(std::move(map), setup, options);
-#else
-    return std::make_unique<HomesRenderer<P>>(std::move(map), setup, options);
-#endif
-}
 
 }}} // namespace tilemesh::render
 

@@ -12,6 +12,11 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
+namespace render {
+/// An engine of this process: host threads (Mesh), or one thread that checks every rule of the machine (CheckedMesh).
+enum class EngineKind : std::uint32_t { threads, checked };
+} // namespace render
+
 /// Options of a Renderer. 0 means: the setup's value.
 struct RendererOptions {
     std::uint32_t threads = 1;
@@ -30,8 +35,9 @@ struct RendererOptions {
     /// A limit for the passes of routing, and for those of bloom, in a run. A frame that needs more passes throws Error
     /// (MeshOptions::most_passes). 0: the limit in the engine's own options. Engines without such a limit (PoplarMesh) ignore it.
     std::uint32_t most_passes = 0;
-    /// Only for renderers that have both programs (auto_renderer.hpp): the one that renders.
-    report::Program program = report::Program::automatic;
+    report::Program program = report::Program::anchored; ///< of a setup that does not name another one
+    render::EngineKind engine = render::EngineKind::threads;
+    bool trace = false; ///< keep a trace of the last frame
     /// Only for the program of homes: a limit for its rounds; 0: until the picture is complete. `fold`: the frame is folded over the grid.
     std::uint32_t rounds = 0;
     bool fold = true;

@@ -1,0 +1,132 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tilemesh/basic_renderer.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/splat/fitted.hpp>
+#include <utility>
+
+namespace tilemesh { inline namespace v0_2 {
+
+namespace render {
+
+namespace detail {
+inline bool lacks(report::FrameReport const& r) noexcept { return !r.lost.empty() || r.gaussians.unplaced != 0 || r.gaussians.dropped != 0; }
+inline std::string why_it_lacks(report::FrameReport const& r)
+{
+    auto const records = static_cast<std::uint64_t>(
+        std::count_if(r.lost.begin(), r.lost.end(), [](auto const& loss) { return loss.tile == report::Loss::whole; }));
+    auto const text = [](std::uint64_t n, char const* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); };
+    auto const copies = r.lost.size() - records;
+    return (records == 0 ? "" : text(records, "record")) + (records != 0 && copies != 0 ? " and " : "") +
+           (copies == 0 ? "" : copies == 1 ? "1 copy" : text(copies, "copie")) + " would be missing";
+}
+} // namespace detail
+
+TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup, RendererOptions const& options)
+{
+    bool const other = setup.program == splat::Program::homes || options.engine == EngineKind::checked;
+#if defined(TILEMESH_COMPILED)
+    if (other) return make_other_core(std::move(map), setup, options);
+    HostRenderer::EngineOptions engine;
+    engine.trace = options.trace;
+    return std::make_unique<HostRenderer>(std::move(map), setup, options, std::move(engine));
+#else
+    if (make_other_core != nullptr) return make_other_core(std::move(map), setup, options);
+    char const* const lacking = setup.program == splat::Program::homes                     ? "the program of homes"
+                                : other                                                    ? "an engine that checks"
+                                : options.trace                                            ? "a trace"
+                                : setup.has_planes() || !setup.routes || !setup.blooms ? "a setup with planes, or without routing or bloom"
+                                                                                           : nullptr;
+    if (lacking != nullptr)
+        throw Error(std::string(lacking) + " in a program that has headers alone (renderer.hpp has the whole anchored program on host threads); "
+                                           "include <tilemesh/all_programs.hpp> in one source file, or link tilemesh::compiled");
+    using Policies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
+    return std::make_unique<FrameRenderer<Policies, Mesh, AnyMachine>>(std::move(map), setup, options, MeshOptions{});
+#endif
+}
+
+} // namespace render
+
+TILEMESH_HOST Renderer::Renderer(scene::Map map, RendererOptions const& options)
+{
+    auto const demand = scene::demand_of(map);
+    make(scene::needed(std::move(map), demand), splat::fitted(splat::lossless, demand.sh_degree, true, true), options, {});
+    hold_to(demand);
+}
+
+TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, RendererOptions const& options,
+                                  std::optional<render::Setup> const& homes)
+{
+    using splat::Program;
+    auto anchored = setup;
+    if (options.sizes) anchored.sizes = *options.sizes;
+    auto const program = setup.program != Program::anchored ? setup.program : options.program;
+    if (setup.program != Program::homes) anchored.program = Program::anchored;
+    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || !setup.holds || !setup.reusable;
+    if (program == Program::homes && only_anchored)
+        throw Error("the program of homes with bounded hops, a tile's size, sizes in the options, or a setup that drops or copies splats (only "
+                    "the anchored program has these); leave them out, or choose Program::anchored");
+    auto const of_homes = homes ? *homes : setup.program == Program::homes ? setup : splat::as_homes(setup);
+    if (program == Program::homes) {
+        core_ = render::make_core(std::move(map), of_homes, options);
+        return;
+    }
+    auto const records = map.gaussians.size();
+    core_ = render::make_core(std::move(map), render::checked(anchored), options);
+    if (program == Program::anchored || only_anchored) return;
+    may_fit_ = render::may_fit_anchored(records, anchored, options);
+    make_homes_ = [of_homes, within = render::within(of_homes, options)](scene::Map const& of) {
+        return render::make_core(of, of_homes, within);
+    };
+}
+
+TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFrame& frame)
+{
+    if (!make_homes_) return core_->render_into(camera, frame);
+    render::check_camera(camera);
+    bool const fits = may_fit_.frame({camera.width, camera.height}), may_fit = may_fit_.records && fits;
+    double before_ms = 0;
+    std::string why = fits ? "the records have no room" : "the pixels have no room";
+    if (may_fit) {
+        core_->render_into(camera, frame);
+        if (!render::detail::lacks(frame.report)) return;
+        before_ms = frame.report.host_ms.total;
+        why = render::detail::why_it_lacks(frame.report);
+    }
+    try {
+        auto homes = std::exchange(make_homes_, nullptr)(core_->map());
+        homes->rules() = core_->rules();
+        if (demand_) homes->hold_to(*demand_);
+        if (observer_) homes->observe(observer_);
+        auto again = homes->render(camera);
+        again.report.host_ms.total += before_ms;
+        frame = std::move(again);
+        change_ = std::move(why);
+        core_ = std::move(homes);
+    } catch (Error const& error) {
+        change_refused_ = error.what();
+        if (!may_fit) core_->render_into(camera, frame);
+    }
+}
+
+TILEMESH_HOST void Renderer::hold_to(scene::Demand const& demand)
+{
+    core_->hold_to(demand);
+    demand_.emplace();
+    demand_->scanned = demand.scanned;
+    demand_->culled = demand.culled;
+}
+
+TILEMESH_HOST void Renderer::observe(Observer observer)
+{
+    observer_ = std::move(observer);
+    core_->observe(observer_);
+}
+
+}} // namespace tilemesh
