@@ -1,6 +1,7 @@
 // Your own routing rule: along the column first, then along the row. The picture stays the same; the traffic differs.
 #include <iostream>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/splat/setup_types.hpp>

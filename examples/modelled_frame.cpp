@@ -14,19 +14,15 @@
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 
-struct Watched : splat::Lossless { // the same setup on a machine that keeps a trace
-    using Machine = tilemesh::Traced<tilemesh::Mk2>;
-};
-
 int main()
 try {
     auto const map = scene::built_in_map();
-    tilemesh::BasicRenderer<splat::Referenced<Watched>> renderer{map, {.threads = 2}};
+    tilemesh::Renderer renderer{map, {.threads = 2, .trace = true}};
     auto const model = tilemesh::mk2();
     for (auto const& camera : scene::orbit(scene::built_in_camera({1280, 720}), scene::robust_centre(map), 0.5, 2)) {
         renderer.render(camera);
         auto const& trace = renderer.trace();
-        auto const cost = model_cost(model, trace, renderer.mesh().grid());
+        auto const cost = model_cost(model, trace, {renderer.grid().width, renderer.grid().height});
         std::cout << cost_table(model, trace, cost) << "frame: " << milliseconds_text(model, cost.cycles) << " ms modelled, "
                   << cost.supersteps.size() << " passes\n\n";
     }

@@ -31,11 +31,10 @@ struct Small : splat::Lossless {
 
 int main()
 {
-    using MyRenderer = tilemesh::BasicRenderer<splat::Referenced<Small>>; // by reference: the host stores each record once
-    using Layout = MyRenderer::Layout;
-    for (auto const& r : Layout::ledger())
+    auto setup = tilemesh::render::setup_for<Small>();    // the value of the type
+    for (auto const& r : tilemesh::render::ledger_of(setup))
         std::cout << std::string(r.name.text, r.name.size) << ": " << r.bytes << " bytes\n";
-    std::cout << "sum: " << Layout::bytes << " of " << Camera256::sram_bytes << "\n\n";
+    std::cout << "sum: " << tilemesh::render::sram_bytes_of(setup) << " of " << Camera256::sram_bytes << "\n\n";
 
     auto const map = scene::built_in_map();
     auto const camera = scene::built_in_camera({960, 540});
@@ -43,9 +42,8 @@ int main()
     std::uint64_t refused_before = 0;
     bool grows = true;
     for (std::uint32_t slots : {100u, 50u, 20u, 10u, 5u}) {
-        auto sizes = Small::sizes;
-        sizes.road = sizes.beam = slots;                  // another value, but the same renderer
-        auto const frame = MyRenderer{map, {.tile = {16, 12}, .sizes = sizes}}.render(camera);
+        setup.sizes.road = setup.sizes.beam = slots;      // another value, but the same code
+        auto const frame = tilemesh::Renderer{map, setup, {.tile = {16, 12}}}.render(camera);
         auto const& r = frame.report;
         using report::thousands;
         table.add_row({std::to_string(slots), std::to_string(r.exchanges.total()), thousands(r.gaussians.held),

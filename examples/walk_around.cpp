@@ -13,7 +13,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
-#include <tilemesh/splat/setup_types.hpp>
+#include <tilemesh/splat/fitted.hpp>
 #include <vector>
 
 namespace report = tilemesh::report;
@@ -33,14 +33,13 @@ std::vector<std::filesystem::path> outputs()
     return files;
 }
 
-using WithDepth = splat::WithPixel<splat::Lossless, splat::WithDepth<splat::FloatPixel>>; // storage gives up 7 of 2,000 slots
-
 int main(int argc, char** argv)
 try {
     if (argc > 1) shared::keep_inputs({argv[1]}, outputs()); // no picture takes the place of the map
     auto const map = argc > 1 ? scene::load_ply(argv[1]) : scene::built_in_map();
     auto const first = scene::frame_whole(map, {640, 360});
-    tilemesh::BasicRenderer<splat::Referenced<WithDepth>> renderer{map, {.threads = std::thread::hardware_concurrency()}};
+    auto const with_depth = splat::with_planes(splat::lossless, true, false); // storage gives up 7 of 2,000 slots
+    tilemesh::Renderer renderer{map, with_depth, {.threads = std::thread::hardware_concurrency()}};
     std::size_t number = 0;
     for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 5.0, frames)) { // degrees a frame
         auto const frame = renderer.render(camera);

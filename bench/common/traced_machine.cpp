@@ -1,6 +1,6 @@
 #include "machine_over.hpp"
 #include <optional>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <utility>
 
 namespace bench {

@@ -5,7 +5,7 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/setup.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 
 namespace error_vs_time {
 

@@ -1,7 +1,6 @@
 #include "machine.hpp"
 #include <algorithm>
-#include <tilemesh/render/frame_renderer.hpp>
-#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/renderer.hpp>
 
 std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map,
                                                     tilemesh::splat::Arithmetic arithmetic, std::uint32_t threads,
@@ -25,12 +24,12 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, ti
     return bench::make_machine(map, setup, options);
 }
 
-std::unique_ptr<tilemesh::AnyRenderer> frame::make_homes(tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
+std::unique_ptr<tilemesh::Renderer> frame::make_homes(tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
                                                          std::uint32_t threads)
 {
     auto choice = tilemesh::splat::homes_setup;
     choice.fit = true;
     choice.rules.transmittance_min = stop_of_3dgs;
     choice.rules.arithmetic = arithmetic;
-    return tilemesh::render::make_homes_renderer(map, choice, {.threads = threads});
+    return std::make_unique<tilemesh::Renderer>(map, choice, tilemesh::RendererOptions{.threads = threads});
 }

@@ -2,7 +2,7 @@
 #include <common/machine.hpp>
 #include <cstdint>
 #include <memory>
-#include <tilemesh/any_renderer.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/rules.hpp>
@@ -29,6 +29,6 @@ std::unique_ptr<Machine> make_machine(Kind, Pixels, tilemesh::scene::Map const&,
                                       tilemesh::splat::Camera const&);
 
 /// The program of homes on Mk2, with that stop.
-std::unique_ptr<tilemesh::AnyRenderer> make_homes(tilemesh::scene::Map const&, tilemesh::splat::Arithmetic, std::uint32_t threads);
+std::unique_ptr<tilemesh::Renderer> make_homes(tilemesh::scene::Map const&, tilemesh::splat::Arithmetic, std::uint32_t threads);
 
 } // namespace frame

@@ -35,7 +35,7 @@ struct Contest {
         Row row;
     };
     std::vector<Entry> entries;
-    std::unique_ptr<tilemesh::AnyRenderer> homes; ///< in a moving view
+    std::unique_ptr<tilemesh::Renderer> homes; ///< in a moving view
     std::unique_ptr<Machine> kept; ///< in a static view: the first entry's machine, whose tiles keep their pixels
 };
 

@@ -2,7 +2,7 @@
 #include <common/machine_over.hpp>
 #include <common/packed_record.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <utility>
 
 namespace policies {

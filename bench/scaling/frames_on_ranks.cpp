@@ -11,7 +11,7 @@
 #include <string>
 #include <tilemesh/mpi/mpi_mesh.hpp>
 #include <tilemesh/render/ranks/host.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>

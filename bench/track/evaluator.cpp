@@ -93,7 +93,7 @@ View load_view(std::string const& name, std::filesystem::path const& data, scene
         auto const cameras = scene::select_cameras(scene::load_cameras(data / "cameras.json"), name + "/front", name);
         view.camera = scene::resized(cameras.front().camera, size.width, size.height);
     }
-    tilemesh::BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>> renderer(view.map);
+    tilemesh::Renderer renderer(view.map, splat::with_planes(splat::lossless, true, true));
     auto frame = renderer.render(view.camera);
     if (!frame.report.lost.empty()) throw tilemesh::Error(name + " does not fit (records are lost); choose another scene");
     std::vector<float> depths;

@@ -24,9 +24,9 @@
 #include <streambuf>
 #include <string>
 #include <string_view>
-#include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/digest.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -49,8 +49,6 @@
 #if defined(__EMSCRIPTEN__)
 #    include <emscripten/heap.h>
 #else
-#    include <tilemesh/auto_renderer.hpp>
-#    include <tilemesh/fit_renderer.hpp>
 #    include <tilemesh/render/homes_renderer.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
@@ -222,28 +220,15 @@ render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
     if (settings.machine == "test") homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
-std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scene::Map const& map, tilemesh::RendererOptions const& options)
-{
-    auto const homes = homes_of(settings, map.sh_degree);
-    return render::make_homes_renderer(map, homes, options);
-}
 /// Does something that only the anchored program has keep `auto` on it?
 bool stays_anchored(Settings const& settings, render::Setup const& setup)
 {
     return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
 }
 /// The renderer of the program homes or auto. It keeps no trace.
-std::unique_ptr<tilemesh::AnyRenderer> make_plain(Settings const& settings, scene::Map const& map)
+std::unique_ptr<tilemesh::Renderer> make_plain(Settings const& settings, scene::Map const& map)
 {
-    auto const options = options_of(settings);
-    if (settings.program == "homes") return make_homes(settings, map, options);
-    auto const setup = setup_of(settings, map.sh_degree);
-    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::checked(setup), options);
-    if (stays_anchored(settings, setup)) return anchored;
-    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->setup(), options);
-    auto const for_homes = render::within(homes_of(settings, map.sh_degree), options);
-    return std::make_unique<tilemesh::AutoRenderer>(
-        std::move(anchored), [settings, for_homes](scene::Map const& of) { return make_homes(settings, of, for_homes); }, may_fit);
+    return std::make_unique<tilemesh::Renderer>(map, setup_of(settings, map.sh_degree), options_of(settings), homes_of(settings, map.sh_degree));
 }
 #endif
 
@@ -1112,7 +1097,7 @@ private:
     std::optional<scene::Map> map_; ///< empty: the built-in map, until it is needed
     Settings settings_, used_; ///< now; of the last frame
     std::unique_ptr<Core> core_;                   ///< the anchored program, with a trace
-    std::unique_ptr<tilemesh::AnyRenderer> plain_; ///< homes or auto, without; at most one of the two exists
+    std::unique_ptr<tilemesh::Renderer> plain_; ///< homes or auto, without; at most one of the two exists
 #if !defined(__EMSCRIPTEN__)
     std::unique_ptr<Tracking> tracking_;
 #endif

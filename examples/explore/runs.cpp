@@ -1,7 +1,5 @@
 #include "runs.hpp"
-#include "../render_map/instruments.hpp"
 #include "../render_map/reference.hpp"
-#include "../render_map/renderers.hpp"
 #include "../shared/sha256.hpp"
 #include <algorithm>
 #include <array>
@@ -12,12 +10,12 @@
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <tilemesh/any_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
@@ -43,6 +41,7 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     options.threads = threads;
     options.grid = s.grid;
     options.program = s.homes ? report::Program::homes : report::Program::anchored;
+    options.trace = true;
     options.quality = s.quality;
     if (s.subject->antialias) options.coverage = splat::Coverage::preserved;
     return options;
@@ -295,16 +294,14 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
 {
     auto const begin = std::chrono::steady_clock::now();
     auto const options = options_of(s, threads);
-    auto const renderer = s.homes ? render_map::make_homes_traced(s.subject->map, sized.homes, options, render_map::EngineKind::threads)
-                                  : render_map::make_anchored_traced(s.subject->map, render::checked(sized.anchored), options, render_map::EngineKind::threads);
-    auto& instruments = dynamic_cast<render_map::Instruments&>(*renderer);
+    tilemesh::Renderer renderer{s.subject->map, s.homes ? sized.homes : sized.anchored, options};
     Frames out;
     out.point.psnr_db = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < s.subject->views.size(); ++i) {
-        auto frame = renderer->render(s.subject->views[i]);
+        auto frame = renderer.render(s.subject->views[i]);
         auto const& r = frame.report;
-        auto const grid = renderer->grid();
-        out.frames.push_back({instruments.take_trace(), {grid.width, grid.height}});
+        auto const grid = renderer.grid();
+        out.frames.push_back({renderer.trace(), {grid.width, grid.height}});
         out.point.psnr_db = std::min(out.point.psnr_db, report::compare(frame.image, references[i]).psnr_db);
         out.point.lost += r.lost.size() + r.unfinished.size();
         out.point.exchanges += r.exchanges.total();

@@ -8,7 +8,7 @@
 #include <poplar/DeviceManager.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/poplar/poplar_mesh.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>

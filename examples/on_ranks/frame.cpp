@@ -3,7 +3,7 @@
 #include <mpi.h>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
 

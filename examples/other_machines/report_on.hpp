@@ -12,6 +12,7 @@
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/number_text.hpp>
@@ -31,16 +32,18 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
 {
     namespace splat = tilemesh::splat;
     namespace report = tilemesh::report;
-    using Shown = tilemesh::BasicRenderer<splat::Referenced<S>>;    // the machine of S; the host moves references
     std::string const machine = S::Machine::name;
     options.threads = 2;
     options.arithmetic = splat::Arithmetic::precise;      // the arithmetic of the naive loop
-    Shown renderer{map, options};
+    options.trace = true;
+    auto const setup = tilemesh::render::setup_for<S>();
+    tilemesh::Renderer renderer{map, setup, options};
     renderer.prepare(camera.width, camera.height);
-    auto const grid = renderer.mesh().grid();
+    tilemesh::Grid const grid{renderer.grid().width, renderer.grid().height};
+    auto const ledger = tilemesh::render::ledger_of(setup);
     std::cout << "== " << machine << ": " << grid.width << " x " << grid.height << " of " << report::thousands(S::Machine::tiles)
               << " tiles, " << camera.width << " x " << camera.height << " pixels\n"
-              << tilemesh::ledger_table(Shown::Layout::ledger(), S::Machine::sram_bytes) << '\n' << tilemesh::assumed_text(model) << '\n';
+              << tilemesh::ledger_table(ledger, S::Machine::sram_bytes) << '\n' << tilemesh::assumed_text(model) << '\n';
     auto cameras = tilemesh::scene::orbit(camera, tilemesh::scene::robust_centre(map), 0.5, 2);
     cameras.push_back(cameras.back());
     bool ok = true;
@@ -56,10 +59,10 @@ bool report_on(tilemesh::scene::Map const& map, tilemesh::CostModel const& model
                   << frame.report << "\nThe picture " << (same ? "has" : "has NOT") << " the bits of the naive loop's.\n";
         ok = ok && same && frame.report.lost.empty() && (before == 0 || cost.cycles < before);
         if (before == 0 && !out.empty()) {
-            auto const ledger = Shown::Layout::ledger();
             tilemesh::TileMap load{"load", "Load", "records that a tile stores, copies among them", true, {}, "records"};
-            for (std::uint32_t t = 0; t < grid.size(); ++t)
-                load.values.push_back(std::as_const(renderer.mesh()).template state<splat::Marks<typename Shown::Policies>>(grid.tile(t)).size());
+            using Core = tilemesh::render::HostRenderer;
+            auto const& mesh = std::as_const(dynamic_cast<Core&>(renderer.core()).mesh());
+            for (std::uint32_t t = 0; t < grid.size(); ++t) load.values.push_back(mesh.template state<splat::Marks<Core::Policies>>(grid.tile(t)).size());
             auto file = machine;
             std::replace(file.begin(), file.end(), ' ', '_');
             tilemesh::TracePage page;

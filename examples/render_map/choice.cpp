@@ -1,13 +1,9 @@
 #include "choice.hpp"
-#include "instruments.hpp"
 #include "ranks.hpp"
-#include "renderers.hpp"
 #include <algorithm>
-#include <tilemesh/auto_renderer.hpp>
-#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
-#include <vector>
 
 namespace render_map {
 
@@ -85,59 +81,25 @@ tilemesh::render::Setup homes_of(Choice const& choice, std::uint32_t sh_degree)
     return homes;
 }
 
-namespace {
-
-std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::Map const& map, tilemesh::scene::Demand const& demand,
-                                        tilemesh::RendererOptions const& options)
+std::unique_ptr<tilemesh::Renderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map, tilemesh::scene::Demand const& demand,
+                                                  tilemesh::RendererOptions options)
 {
-    auto const homes = homes_of(choice, std::min(demand.sh_degree, map.sh_degree));
-    auto needed = tilemesh::scene::needed(map, demand);
-    // Sequentially, a trace beside the checks costs little.
-    if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(std::move(needed), homes, options, choice.engine);
-    return render::make_homes_renderer(std::move(needed), homes, options);
-}
-
-/// The instruments of whichever program renders.
-class AutoInstruments final : public tilemesh::AutoRenderer, public Instruments {
-public:
-    using AutoRenderer::AutoRenderer;
-    tilemesh::Trace take_trace() override { return now().take_trace(); }
-    std::vector<TileState> tiles() override { return now().tiles(); }
-    std::vector<TileRound> rounds() override { return now().rounds(); }
-    void follow(tilemesh::splat::GaussianId id) override { now().follow(id); }
-    Life life() override { return now().life(); }
-
-private:
-    Instruments& now() { return dynamic_cast<Instruments&>(current()); }
-};
-
-} // namespace
-
-std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
-                                           tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options)
-{
-    bool const over_ranks = ranks::number() > 1;
-    auto for_homes = options;
-    if (options.program != tilemesh::report::Program::homes) for_homes = render::within(homes_of(choice, demand.sh_degree), options);
-    auto const with_homes = [&choice, &map, &demand, options = for_homes, over_ranks](tilemesh::scene::Map const&) {
-        return over_ranks ? ranks::make_homes(choice, demand, options) : make_homes(choice, map, demand, options);
-    };
-    std::unique_ptr<AnyRenderer> renderer;
-    if (options.program == tilemesh::report::Program::homes) {
-        renderer = with_homes(map);
-    } else if (over_ranks) {
-        renderer = ranks::make(choice, demand, options);
-        auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->setup(), options);
-        if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
+    using tilemesh::report::Program;
+    std::unique_ptr<tilemesh::Renderer> renderer;
+    if (ranks::number() > 1) {
+        auto const within = options.program == Program::homes ? options : render::within(homes_of(choice, demand.sh_degree), options);
+        auto const homes = [&choice, &demand, within](tilemesh::scene::Map const&) { return ranks::make_homes(choice, demand, within); };
+        auto core = options.program == Program::homes ? homes(map) : ranks::make(choice, demand, options);
+        auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, core->setup(), options);
+        renderer = choice.stays_anchored || options.program == Program::homes
+                       ? std::make_unique<tilemesh::Renderer>(std::move(core))
+                       : std::make_unique<tilemesh::Renderer>(std::move(core), homes, may_fit);
     } else {
-        auto const setup = setup_for(choice, demand);
-        auto needed = tilemesh::scene::needed(map, demand);
-        auto const records = needed.gaussians.size();
-        auto const make = choice.trace ? make_anchored_traced : make_anchored;
-        renderer = make(std::move(needed), render::checked(setup), options, choice.engine);
-        auto const may_fit = render::may_fit_anchored(records, renderer->setup(), options);
-        if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
-        else if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
+        if (choice.engine == EngineKind::sequential) options.engine = render::EngineKind::checked;
+        options.trace = choice.trace;
+        if (choice.stays_anchored) options.program = Program::anchored;
+        renderer = std::make_unique<tilemesh::Renderer>(tilemesh::scene::needed(map, demand), setup_for(choice, demand), options,
+                                                        homes_of(choice, std::min(demand.sh_degree, map.sh_degree)));
     }
     renderer->hold_to(demand);
     return renderer;

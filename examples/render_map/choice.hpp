@@ -2,10 +2,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <tilemesh/any_renderer.hpp>
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 
@@ -48,11 +48,10 @@ tilemesh::render::Setup setup_for(Choice const& choice, tilemesh::scene::Demand 
 /// The choice for the program of homes: the preset's machine, pixels and rules of the picture, with homes for as many records as fit.
 tilemesh::render::Setup homes_of(Choice const& choice, std::uint32_t sh_degree);
 
-using tilemesh::AnyRenderer;
-
-/// Makes the renderer of `setup_for`, of homes, or of both (`options.program`). Map and demand must outlive it. Over several processes it does not look at `map`: each has its part (ranks.hpp). With `trace`, it is also an `Instruments`. Throws `tilemesh::Error` if the machine has no room for
-/// the choice or the map. The caller must have checked the limits in the options (`check_slots`).
-std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
-                                           tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
+/// Makes the renderer of `setup_for`, of homes, or of both (`options.program`). Map and demand must outlive it. Over several processes it does
+/// not look at `map`: each has its part (ranks.hpp). Throws `tilemesh::Error` if the machine has no room for the choice or the map. The
+/// caller must have checked the limits in the options (`check_slots`).
+std::unique_ptr<tilemesh::Renderer> make_renderer(Choice const& choice, tilemesh::scene::Map const& map,
+                                                  tilemesh::scene::Demand const& demand, tilemesh::RendererOptions options);
 
 } // namespace render_map

@@ -92,7 +92,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
 }
 
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs, scene::Map const& map,
-                                                           std::uint32_t file_degree, AnyRenderer const& renderer)
+                                                           std::uint32_t file_degree, tilemesh::Renderer const& renderer)
 {
     auto const& seen = needs.seen;
     std::vector<tilemesh::report::RunReport::Feature> out;

@@ -20,7 +20,7 @@ Needs needs_of(Options const& options, tilemesh::scene::Map const& map, std::vec
 /// For each feature: whether it runs, and why. `file_degree`: the degree of the file's harmonics, before --sh-degree.
 std::vector<tilemesh::report::RunReport::Feature> features(Options const& options, Needs const& needs,
                                                            tilemesh::scene::Map const& map, std::uint32_t file_degree,
-                                                           AnyRenderer const& renderer);
+                                                           tilemesh::Renderer const& renderer);
 
 /// Prints the features, for --explain.
 void explain(std::ostream& out, tilemesh::report::RunReport const& run);

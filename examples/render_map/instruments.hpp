@@ -1,9 +1,12 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>
 
@@ -94,19 +97,32 @@ private:
     bool begins_ = true;
 };
 
-/// The instruments of a renderer whose machine keeps a trace, for --trace and --follow.
+/// What a renderer's tiles did in a frame, for --trace and --follow. It observes the renderer, which must keep a trace, in both programs.
 class Instruments {
 public:
-    virtual ~Instruments() = default;
-    /// Returns a copy of the last frame's trace, with every run of the program in that frame.
-    virtual tilemesh::Trace take_trace() = 0;
-    /// The state of every tile, in the order of the grid's indices.
-    virtual std::vector<TileState> tiles() = 0;
+    explicit Instruments(tilemesh::Renderer& renderer);
+    ~Instruments();
+    Instruments(Instruments const&) = delete;
+    Instruments& operator=(Instruments const&) = delete;
+
+    /// Renders the next frame of the renderer, and watches it.
+    tilemesh::RenderedFrame render(tilemesh::splat::Camera const& camera);
+    /// The last frame's trace, with every run of the program in that frame.
+    tilemesh::Trace const& trace() const { return renderer_.trace(); }
+    /// The state of every tile, in the order of the grid's indices. Of a map in chapters, the records are those of the last chapter; counts are
+    /// those of all.
+    std::vector<TileState> const& tiles() const noexcept;
     /// Every round of every tile of the last frame, round by round. Empty for the anchored program, and for a view that did not change.
-    virtual std::vector<TileRound> rounds() { return {}; }
-    /// Follows a Gaussian from the next frame on. It reads every tile after every superstep.
-    virtual void follow(tilemesh::splat::GaussianId id) = 0;
-    virtual Life life() = 0;
+    std::vector<TileRound> const& rounds() const noexcept;
+    /// Follows a Gaussian from the next frame on. It reads every tile after every superstep. Records of homes never move, so there it follows
+    /// none.
+    void follow(tilemesh::splat::GaussianId id);
+    Life life() const;
+
+private:
+    struct Watch;
+    tilemesh::Renderer& renderer_;
+    std::unique_ptr<Watch> watch_;
 };
 
 } // namespace render_map

@@ -294,7 +294,7 @@ void Journal::add(std::size_t frame, report::RunFrame const& report, std::vector
                     "); name a writable directory with --out");
 }
 
-void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels)
+void replay(tilemesh::Renderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels)
 {
     auto const before = renderer.rules().transmittance_min;
     // 2 is above the transmittance of an empty pixel, so each pixel is finished before its first Gaussian. Only compositing reads

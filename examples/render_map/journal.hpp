@@ -66,7 +66,7 @@ private:
 /// Moves the records as a frame does. Without `with_pixels` it leaves out the pixels by changing the model, so the renderer sees another
 /// view. So `with_pixels` must be true if an adjacent frame has the same view and is rendered in full. It must also be true for a frame of
 /// homes: the depths at which its windows end are those of the pixels of the frame before.
-void replay(AnyRenderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
+void replay(tilemesh::Renderer& renderer, tilemesh::splat::Camera const& camera, bool with_pixels);
 
 /// For each frame: is it, or another frame in the same series of equal views, rendered in full?
 std::vector<bool> needs_pixels(std::vector<Shot> const& shots, tilemesh::splat::Rules const& rules, Journal const& journal);

@@ -28,7 +28,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <tilemesh/auto_renderer.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
@@ -80,7 +79,7 @@ void describe_machine(Options const& options, tilemesh::render::Setup const& set
                     options.renderer.rounds};
 }
 
-report::RunReport describe_run(Options const& options, scene::Map const& map, std::uint64_t gaussians, render_map::AnyRenderer& renderer)
+report::RunReport describe_run(Options const& options, scene::Map const& map, std::uint64_t gaussians, tilemesh::Renderer& renderer)
 {
     auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
     report::RunReport run;
@@ -100,7 +99,7 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, st
 
 /// Describes the machine as the program of homes divides it, from the size of the first frame that homes rendered. Notes where `auto` changed
 /// to homes. It uses the frames' reports alone, so that a run which takes over frames describes itself as an uninterrupted run.
-void describe_homes(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
+void describe_homes(Options const& options, render_map::Needs const& needs, tilemesh::Renderer& renderer, report::RunReport& run)
 {
     auto const first = std::find_if(run.frames.begin(), run.frames.end(),
                                     [](auto const& frame) { return frame.report.program == report::Program::homes; });
@@ -168,10 +167,11 @@ void require_followed(Options const& options, scene::Map const& map)
 
 /// If a mesh is not quiet after --most-passes and keeps a trace, further lines of its error say what it repeats. These lines go into a
 /// file, and the error that is thrown instead names the file.
-tilemesh::RenderedFrame render(render_map::AnyRenderer& renderer, splat::Camera const& camera, render_map::TraceOutput const* trace)
+tilemesh::RenderedFrame render(tilemesh::Renderer& renderer, render_map::Instruments* instruments, splat::Camera const& camera,
+                               render_map::TraceOutput const* trace)
 {
     try {
-        return renderer.render(camera);
+        return instruments ? instruments->render(camera) : renderer.render(camera);
     } catch (tilemesh::Error const& error) {
         std::string const text = error.what();
         auto const first_line = text.find('\n');
@@ -196,10 +196,11 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
 /// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has. While a frame
 /// is rendered, `writer` writes the frames before; their errors come first.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots, render_map::FrameWriter& writer,
-                   render_map::AnyRenderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
+                   tilemesh::Renderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
                    report::RunReport& result)
 {
-    auto* const instruments = dynamic_cast<render_map::Instruments*>(&renderer);
+    std::optional<render_map::Instruments> watching;
+    auto* const instruments = trace ? &watching.emplace(renderer) : nullptr;
     if (instruments && options.follow) instruments->follow(splat::GaussianId{*options.follow});
     auto const add = [&](render_map::Frame frame) {
         if (journal) journal->add(frame.index, frame.entry, frame.files);
@@ -234,7 +235,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             continue;
         }
         progress.say_frame("rendering");
-        render_map::Frame frame{i, before_its_error([&] { return render(renderer, camera, trace); }), {}};
+        render_map::Frame frame{i, before_its_error([&] { return render(renderer, instruments, camera, trace); }), {}};
         frame.entry.report = std::move(frame.rendered.report);
         frame.entry.report.camera = shots[i].name;
         frame.entry.timestamp_s = shots[i].timestamp_s;
@@ -260,13 +261,11 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
 
 /// Adds to the report what its pictures lack, and what would help. Returns both in one line; empty if nothing is missing. First describes
 /// the program of homes, if it rendered.
-std::string note_missing(Options const& options, render_map::Needs const& needs, render_map::AnyRenderer& renderer, report::RunReport& run)
+std::string note_missing(Options const& options, render_map::Needs const& needs, tilemesh::Renderer& renderer, report::RunReport& run)
 {
-    auto const* const both = dynamic_cast<tilemesh::AutoRenderer const*>(&renderer);
     describe_homes(options, needs, renderer, run);
     if (auto note = render_map::free_sram(options, run); !note.empty() && !run.frames.empty()) run.notes.push_back(std::move(note));
-    if (both && !both->change_refused().empty())
-        run.notes.push_back("the program of homes cannot take over: " + both->change_refused());
+    if (!renderer.change_refused().empty()) run.notes.push_back("the program of homes cannot take over: " + renderer.change_refused());
     auto const text = render_map::missing_text(run);
     if (text.empty()) return text;
     run.notes.push_back(text);

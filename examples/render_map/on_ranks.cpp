@@ -38,7 +38,7 @@ scene::Map part;
 scene::Demand seen;
 std::uint64_t rows_of_all = 0;
 /// The renderers of the processes that serve, by number: `auto` makes a second one.
-std::unique_ptr<AnyRenderer> renderers[2];
+std::unique_ptr<tilemesh::render::Core> renderers[2];
 
 /// What the first process tells the others to do.
 enum class Order : std::uint32_t { end, load, send_outline, cut, scan, make, render, drop };
@@ -174,11 +174,11 @@ void scan(std::vector<splat::Camera> path, splat::Rules const& rules, tilemesh::
 }
 
 /// Makes the renderer of a plan in all processes. The first one has the views.
-std::unique_ptr<AnyRenderer> make_in_all(Plan plan, std::vector<std::uint64_t> views)
+std::unique_ptr<tilemesh::render::Core> make_in_all(Plan plan, std::vector<std::uint64_t> views)
 {
     share(plan);
     all->share(views);
-    std::unique_ptr<AnyRenderer> renderer;
+    std::unique_ptr<tilemesh::render::Core> renderer;
     all->together([&] {
         scene::Demand demand;
         demand.gaussians = part.gaussians.size(); // for `needed`, which looks at one part
@@ -204,43 +204,41 @@ std::unique_ptr<AnyRenderer> make_in_all(Plan plan, std::vector<std::uint64_t> v
     return renderer;
 }
 
-/// The renderer of the first process. For each frame it gives the others an order first.
-class RanksRenderer final : public AnyRenderer {
+/// The core of the first process. For each frame it gives the others an order first. All processes hold their own to the demand.
+class OrderingCore final : public tilemesh::render::Core {
 public:
-    RanksRenderer(std::unique_ptr<AnyRenderer> own, std::uint32_t number) : own_(std::move(own)), number_(number) {}
-    ~RanksRenderer() override
+    OrderingCore(std::unique_ptr<tilemesh::render::Core> own, std::uint32_t number) : own_(std::move(own)), number_(number) {}
+    ~OrderingCore() override
     {
         Command command{.order = Order::drop, .number = number_};
         share(command);
         own_.reset();
     }
-    RanksRenderer(RanksRenderer const&) = delete;
-    RanksRenderer& operator=(RanksRenderer const&) = delete;
 
-    tilemesh::RenderedFrame render(splat::Camera const& camera) override
+    void render_into(splat::Camera const& camera, tilemesh::RenderedFrame& frame) override
     {
         Command command{.order = Order::render, .number = number_, .camera = camera, .rules = own_->rules()};
         share(command);
-        return own_->render(camera);
+        own_->render_into(camera, frame);
     }
+    void observe(tilemesh::Observer observer) override { own_->observe(std::move(observer)); } // of this process's part
     splat::Rules& rules() override { return own_->rules(); }
-    void hold_to(scene::Demand const&) override {} // all processes have done that
     scene::Map const& map() const override { return own_->map(); } // this process's share
     tilemesh::Extent2 grid() override { return own_->grid(); }
     tilemesh::Extent2 tile() override { return own_->tile(); }
     tilemesh::render::Setup const& setup() const override { return own_->setup(); }
 
 private:
-    std::unique_ptr<AnyRenderer> own_;
+    std::unique_ptr<tilemesh::render::Core> own_;
     std::uint32_t number_;
 };
 
-std::unique_ptr<AnyRenderer> make_numbered(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options, bool homes)
+std::unique_ptr<tilemesh::render::Core> make_numbered(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options, bool homes)
 {
     std::uint32_t const number = homes ? 1 : 0;
     Command command{.order = Order::make, .number = number};
     share(command);
-    return std::make_unique<RanksRenderer>(make_in_all({choice, options, homes, demand.visible.empty(), demand.culled, demand.sh_degree,
+    return std::make_unique<OrderingCore>(make_in_all({choice, options, homes, demand.visible.empty(), demand.culled, demand.sh_degree,
                                                         demand.moves, demand.spans},
                                                        demand.scanned),
                                            number);
@@ -382,11 +380,11 @@ scene::Demand ranks::demand_of(std::vector<splat::Camera> const& path, splat::Ru
     scan(path, rules, options);
     return seen;
 }
-std::unique_ptr<AnyRenderer> ranks::make(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
+std::unique_ptr<tilemesh::render::Core> ranks::make(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
 {
     return make_numbered(choice, demand, options, false);
 }
-std::unique_ptr<AnyRenderer> ranks::make_homes(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
+std::unique_ptr<tilemesh::render::Core> ranks::make_homes(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
 {
     return make_numbered(choice, demand, options, true);
 }

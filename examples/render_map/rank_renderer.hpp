@@ -1,7 +1,7 @@
 #pragma once
 #include "choice.hpp"
 #include <memory>
-#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
@@ -17,24 +17,24 @@ struct RankSetup : tilemesh::splat::Fitted<tilemesh::splat::Lossless, Degree, Ro
     using Pixel = std::conditional_t<Planes, tilemesh::splat::WithAlpha<tilemesh::splat::WithDepth<tilemesh::splat::FloatPixel>>,
                                      tilemesh::splat::FloatPixel>;
 };
-using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::Setup,
+using MakeRankRenderer = std::unique_ptr<tilemesh::render::Core>(tilemesh::scene::Map, tilemesh::render::Setup,
                                                       tilemesh::RendererOptions const&, MPI_Comm);
 template <bool Planes, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
-std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup facts,
+std::unique_ptr<tilemesh::render::Core> make_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup facts,
                                            tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Setup = tilemesh::splat::Valued<RankSetup<Planes, Degree, Routes, Blooms>>;
-    using Core = tilemesh::render::FrameRenderer<tilemesh::splat::PoliciesOf<Setup>, tilemesh::MpiMesh, tilemesh::AnyMachine>;
+    using OnRanks = tilemesh::render::FrameRenderer<tilemesh::splat::PoliciesOf<Setup>, tilemesh::MpiMesh, tilemesh::AnyMachine>;
     tilemesh::MpiMeshOptions engine;
     engine.comm = comm;
-    return std::make_unique<tilemesh::RendererOver<Core>>(std::move(map), std::move(facts), options, std::move(engine));
+    return std::make_unique<OnRanks>(std::move(map), std::move(facts), options, std::move(engine));
 }
 
-using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::Setup const&,
+using MakeRankHomes = std::unique_ptr<tilemesh::render::Core>(tilemesh::scene::Map, tilemesh::render::Setup const&,
                                                    tilemesh::RendererOptions const&, MPI_Comm);
 /// The program of homes by value: records of any degree up to `Degree`, and colours in either format.
 template <std::uint32_t Degree, class Pixel>
-std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup const& choice,
+std::unique_ptr<tilemesh::render::Core> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup const& choice,
                                                  tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Policies = tilemesh::splat::homes::ValuePolicies<Degree, Pixel>;

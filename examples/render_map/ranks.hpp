@@ -48,7 +48,7 @@ tilemesh::scene::Demand demand_of(std::vector<tilemesh::splat::Camera> const& pa
 
 /// Makes a renderer on all processes for a demand: that of anchored tiles, or that of homes. The demand is that of the last `demand_of`, or
 /// that one with all rows visible.
-std::unique_ptr<AnyRenderer> make(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
-std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
+std::unique_ptr<tilemesh::render::Core> make(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
+std::unique_ptr<tilemesh::render::Core> make_homes(Choice const& choice, tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options);
 
 } // namespace render_map::ranks

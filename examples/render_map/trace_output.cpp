@@ -191,7 +191,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
                                         Instruments& instruments)
 {
     tilemesh::Grid const grid{frame.grid[0], frame.grid[1]};
-    auto const trace = instruments.take_trace();
+    auto const& trace = instruments.trace();
     auto const cost = model_cost(model_, trace, grid);
     report::Modelled modelled{model_.name, cost.cycles, tilemesh::milliseconds(model_, cost.cycles)};
     std::optional<tilemesh::Energy> energy; // before a file is written: the energy of an event may not be set
@@ -221,10 +221,10 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
     if (auto const text = tilemesh::timeline_below(most_timeline_bytes, trace, model_, grid, note); !text.empty()) write(timeline_file, text);
     else remove_old(timeline_file);
 
-    auto const states = instruments.tiles();
+    auto const& states = instruments.tiles();
     auto maps = heat_maps(trace, model_, grid, states);
     write(frame_file(index, ".heat.csv"), maps_csv(maps, grid));
-    auto const rounds = instruments.rounds();
+    auto const& rounds = instruments.rounds();
     if (rounds.empty()) remove_old(frame_file(index, rounds_end));
     else write(frame_file(index, rounds_end), rounds_csv(rounds, grid));
     if (energy) {

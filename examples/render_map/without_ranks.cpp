@@ -48,11 +48,11 @@ tilemesh::scene::Demand ranks::demand_of(std::vector<tilemesh::splat::Camera> co
 {
     refuse();
 }
-std::unique_ptr<AnyRenderer> ranks::make(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
+std::unique_ptr<tilemesh::render::Core> ranks::make(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
 {
     refuse();
 }
-std::unique_ptr<AnyRenderer> ranks::make_homes(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
+std::unique_ptr<tilemesh::render::Core> ranks::make_homes(Choice const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)
 {
     refuse();
 }

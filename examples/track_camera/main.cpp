@@ -203,8 +203,8 @@ int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer con
 
 /// Tracks the frames of `source`, from `start`, and writes what the command line asks for. After an interrupt, and if a picture cannot be
 /// read, it writes everything about the frames before; then it throws the picture's error. Returns the exit status.
-template <class Source, class Renderer>
-int track_all(Options const& o, Source const& source, Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Printer& printer)
+template <class Source>
+int track_all(Options const& o, Source const& source, tilemesh::Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Printer& printer)
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
     double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
@@ -271,7 +271,7 @@ int run(Options const& o)
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
 
-    tilemesh::BasicRenderer<splat::Referenced<WithPlanes>> renderer{map, {.threads = o.threads}};
+    tilemesh::Renderer renderer{map, splat::with_planes(splat::lossless, true, true), {.threads = o.threads}};
     if (o.photos) {
         shared::Photos const source{o, std::move(list), std::move(poses), size};
         return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), printer);

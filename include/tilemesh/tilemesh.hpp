@@ -7,6 +7,7 @@
 #if __cplusplus < 202002L
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/contract.hpp>
@@ -14,8 +15,6 @@
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/engine/mesh_sizes.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/exact_renderer.hpp>
-#include <tilemesh/fit_renderer.hpp>
 #include <tilemesh/machine/buffer.hpp>
 #include <tilemesh/machine/channel.hpp>
 #include <tilemesh/machine/either.hpp>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <vector>
 

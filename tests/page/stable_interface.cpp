@@ -14,7 +14,7 @@
 #include <sstream>
 #include <string>
 #include <tilemesh/render/setup.hpp>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map_file.hpp>

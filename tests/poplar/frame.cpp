@@ -3,7 +3,7 @@
 #include "../splat/scenes.hpp"
 #include "on_poplar.hpp"
 #include <array>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/scene/orbit.hpp>
 
 // The frame program as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.

@@ -8,11 +8,9 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <tilemesh/any_renderer.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/exact_renderer.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <utility>
 #include <vector>
@@ -26,24 +24,24 @@ constexpr float infinity = std::numeric_limits<float>::infinity(), not_a_number 
 
 struct Door {
     char const* name;
-    std::function<std::unique_ptr<AnyRenderer>(scene::Map const&, RendererOptions const&)> make;
+    std::function<Renderer(scene::Map const&, RendererOptions const&)> make;
 };
 std::vector<Door> doors()
 {
-    auto const exact = [](Program program) {
+    auto const of = [](Program program) {
         return [program](scene::Map const& map, RendererOptions options) {
             options.program = program;
-            return exact_renderer(map, options);
+            return Renderer(map, options);
         };
     };
-    return {{"anchored", exact(Program::anchored)},
-            {"homes", exact(Program::homes)},
-            {"automatic", exact(Program::automatic)},
-            {"fit_to_map", [](scene::Map const& map, RendererOptions const& options) { return fit_to_map<>(map, options); }},
-            {"make_homes_renderer", [](scene::Map const& map, RendererOptions const& options) {
-                 auto choice = splat::homes_setup;
-                 choice.sh_degree = map.sh_degree;
-                 return render::make_homes_renderer(map, choice, options);
+    return {{"anchored", of(Program::anchored)},
+            {"homes", of(Program::homes)},
+            {"automatic", of(Program::automatic)},
+            {"a setup", [](scene::Map const& map, RendererOptions const& options) { return Renderer(map, splat::fitted(splat::paper, map.sh_degree), options); }},
+            {"a setup of homes", [](scene::Map const& map, RendererOptions const& options) {
+                 auto setup = splat::homes_setup;
+                 setup.sh_degree = map.sh_degree;
+                 return Renderer(map, setup, options);
              }}};
 }
 scene::Map cloud() { return support::map_of(support::cloud(60, 4)); }
@@ -100,13 +98,13 @@ TEST_CASE("every renderer refuses a camera that is not finite, not above 0, or h
 {
     for (auto const& door : doors()) {
         INFO(door.name);
-        auto const renderer = door.make(cloud(), {});
-        auto const before = renderer->render(sound());
+        auto renderer = door.make(cloud(), {});
+        auto const before = renderer.render(sound());
         for (auto const& bad : bad_cameras()) {
             INFO(bad.what);
-            CHECK_FALSE(refusal([&] { (void)renderer->render(bad.camera); }).empty());
+            CHECK_FALSE(refusal([&] { (void)renderer.render(bad.camera); }).empty());
         }
-        CHECK(support::differing_pixels(renderer->render(sound()).image, before.image) == 0);
+        CHECK(support::differing_pixels(renderer.render(sound()).image, before.image) == 0);
     }
 }
 
@@ -114,13 +112,13 @@ TEST_CASE("every renderer refuses rules that are negative or not a number, and b
 {
     for (auto const& door : doors()) {
         INFO(door.name);
-        auto const renderer = door.make(cloud(), {});
-        auto const before = renderer->render(sound());
-        auto const rules = renderer->rules();
+        auto renderer = door.make(cloud(), {});
+        auto const before = renderer.render(sound());
+        auto const rules = renderer.rules();
         auto const refused = [&](splat::Rules const& bad) {
-            renderer->rules() = bad;
-            CHECK_FALSE(refusal([&] { (void)renderer->render(sound()); }).empty());
-            renderer->rules() = rules;
+            renderer.rules() = bad;
+            CHECK_FALSE(refusal([&] { (void)renderer.render(sound()); }).empty());
+            renderer.rules() = rules;
         };
         for (float const value : {-1.0f, -infinity, not_a_number}) {
             for (float splat::Rules::*const member : {&splat::Rules::alpha_min, &splat::Rules::alpha_max, &splat::Rules::transmittance_min,
@@ -140,7 +138,7 @@ TEST_CASE("every renderer refuses rules that are negative or not a number, and b
             bad.background[1] = value;
             refused(bad);
         }
-        CHECK(support::differing_pixels(renderer->render(sound()).image, before.image) == 0);
+        CHECK(support::differing_pixels(renderer.render(sound()).image, before.image) == 0);
     }
 }
 
@@ -152,7 +150,7 @@ TEST_CASE("every renderer refuses a map whose harmonics are not those of its deg
             auto map = cloud();
             map.sh_degree = bad.first;
             map.harmonics.resize(bad.second);
-            CHECK_FALSE(refusal([&] { (void)door.make(map, {})->render(sound()); }).empty());
+            CHECK_FALSE(refusal([&] { (void)door.make(map, {}).render(sound()); }).empty());
             CHECK_FALSE(refusal([&] { (void)scene::demand_of(map); }).empty());
         }
 }
@@ -171,18 +169,18 @@ TEST_CASE("every renderer refuses grids, tiles and limits that no machine has")
         for (auto const& options : bad) {
             INFO(door.name, ", ", options.threads, " threads, grid ", options.grid.width, " x ", options.grid.height, ", tile ", options.tile.width,
                  " x ", options.tile.height);
-            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options)->render(sound()); }).empty());
+            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options).render(sound()); }).empty());
         }
     for (auto const& door : doors())
         for (std::uint32_t RendererOptions::*const limit : {&RendererOptions::channel_slots, &RendererOptions::waiting_slots, &RendererOptions::storage_slots}) {
             INFO(door.name);
             RendererOptions options{.tile = {}};
             options.*limit = most;
-            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options)->render(sound()); }).empty());
+            CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options).render(sound()); }).empty());
         }
     // A tile larger than the frame is one tile; homes have no tiles of a size.
-    CHECK(refusal([] { (void)exact_renderer(cloud(), {.tile = {most, 1}, .program = Program::homes}); }).find("leave them out") != std::string::npos);
-    CHECK_FALSE(refusal([] { (void)exact_renderer(cloud(), {.tile = {most, 1}, .program = Program::anchored})->render(sound()); }).empty());
+    CHECK(refusal([] { (void)Renderer(cloud(), {.tile = {most, 1}, .program = Program::homes}); }).find("leave them out") != std::string::npos);
+    CHECK_FALSE(refusal([] { (void)Renderer(cloud(), {.tile = {most, 1}, .program = Program::anchored}).render(sound()); }).empty());
     MachineSize const machine{"mk2", 1472, 638976, 0, 6, 0};
     CHECK_FALSE(refusal([&] { (void)render::layout_frame({{most, 1}, {}}, 64, 48, machine, 640, "lossless"); }).empty());
     CHECK_FALSE(refusal([&] { (void)render::layout_frame({{}, {most, most}}, 64, 48, machine, 640, "lossless"); }).empty());

@@ -430,12 +430,11 @@ TEST_CASE("a view that the demand does not cover is refused while records are mi
         return tiling_for(options, c.width, c.height);
     });
     REQUIRE(demand.culled > 0);
-    auto const renderer = support::fit_shared<NoRouting>(map, demand, options);
-    REQUIRE(renderer);
-    auto const r = renderer->render(path[0]).report;
+    auto renderer = support::renderer_for<NoRouting>(map, demand, options);
+    auto const r = renderer.render(path[0]).report;
     CHECK(r.gaussians.visible + r.gaussians.parked == gaussians.size());
-    CHECK_THROWS_WITH_AS(renderer->render(support::lens(96, 80)),
+    CHECK_THROWS_WITH_AS(renderer.render(support::lens(96, 80)),
                          doctest::Contains("a view that the demand was not made for"), Error);
-    renderer->rules().alpha_min = 0.001f;
-    CHECK_THROWS_AS(renderer->render(path[0]), Error);
+    renderer.rules().alpha_min = 0.001f;
+    CHECK_THROWS_AS(renderer.render(path[0]), Error);
 }

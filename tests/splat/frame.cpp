@@ -12,7 +12,6 @@ using support::make_runner;
 using support::naive;
 using support::scenes;
 using Default = Referenced<Lossless>; // the setup of Renderer
-static_assert(std::is_same_v<Renderer::Setup, Default>);
 
 namespace {
 float brightest(scene::Map const& map)

@@ -153,8 +153,8 @@ TEST_CASE("harmonics on the mesh: bit-equal to the naive picture over tilings, c
 
     // A setup of degree 0 refuses the map.
     CHECK_THROWS_WITH_AS(scene::records<Gaussian>(map),
-                         "a map with view-dependent colour of degree 2 (the setup's records hold degree 0); render it with "
-                         "fit_renderer or a Fitted<Lossless, 2> setup, or give up the rest with scene::at_degree",
+                         "a map with view-dependent colour of degree 2 (the setup's records hold degree 0); give the "
+                         "records that degree (splat::fitted(setup, 2)), or give up the rest with scene::at_degree",
                          Error);
 }
 
@@ -169,12 +169,10 @@ TEST_CASE("harmonics on Mk2: fruit_drops of degree 3 and playbot of degree 2 hav
         auto const map = scene::load_ply(folder / "maps" / file);
         REQUIRE(map.sh_degree == degree);
         auto const first = support::fast() ? scene::frame_whole(map, {640, 360}) : scene::frame_whole(map, {1280, 720});
-        auto const renderer =
-            support::fit_shared<Fitted<Lossless, 2>, Fitted<Lossless, 3>>(map, scene::demand_of(map), {.threads = 2});
-        REQUIRE(renderer);
-        CHECK(renderer->setup().sh_degree == degree);
+        Renderer renderer(map, {.threads = 2});
+        CHECK(renderer.setup().sh_degree == degree);
         for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 4, support::fast() ? 1 : 2)) {
-            auto const frame = renderer->render(camera);
+            auto const frame = renderer.render(camera);
             CHECK(frame.report.lost.empty());
             auto const truth = [&]<class Record>(Record) {
                 auto const records = scene::records<Record>(map);

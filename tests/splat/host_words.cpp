@@ -140,7 +140,7 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
         choice.sizes = splat::homes::homes_sizes(100, 12, 3, 2); // several rounds
         choice.depth = depth;
         choice.alpha = alpha;
-        std::unique_ptr<AnyRenderer> types;
+        std::unique_ptr<render::Core> types;
         if (depth || alpha) types = std::make_unique<render::HomesRenderer<homes::HostPolicies<Planes>>>(map, choice, options);
         else types = std::make_unique<render::HomesRenderer<homes::HostPolicies<>>>(map, choice, options);
         render::HostHomesRenderer::EngineOptions threads, checked;

@@ -171,8 +171,7 @@ TEST_CASE("quality: the records culled for it are those that it does not show")
         auto const rules = with_quality(Rules{}, quality);
         auto const demand = scene::demand_of(map, std::span(path), rules, tiling);
         culled.push_back(demand.culled);
-        auto const fitted = support::fit_shared<support::NoRouting>(map, demand, options);
-        auto const frame = fitted->render(camera);
+        auto const frame = support::renderer_for<support::NoRouting>(map, demand, options).render(camera);
         auto const all = make_runner<Referenced<support::Whole>>(map, options)->render(camera);
         CHECK(support::differing_pixels(frame.image, all.image) == 0);
         CHECK(frame.report.pairs == all.report.pairs);
@@ -182,8 +181,8 @@ TEST_CASE("quality: the records culled for it are those that it does not show")
         // A demand for another model is refused, because the picture would have holes.
         auto const others = scene::demand_of(map, std::span(path), Rules{}, tiling);
         REQUIRE(others.culled != 0);
-        auto const wrong = support::fit_shared<support::NoRouting>(map, others, options);
-        CHECK_THROWS_AS(wrong->render(camera), Error);
+        auto wrong = support::renderer_for<support::NoRouting>(map, others, options);
+        CHECK_THROWS_AS(wrong.render(camera), Error);
     }
     REQUIRE(culled.size() == 3);
     CHECK(culled[0] > 0);

@@ -1,7 +1,6 @@
 #pragma once
 #include "support.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
-#include <tilemesh/fit_renderer.hpp>
 
 // Renderers behind plain functions. Only the files in shared/ instantiate them, each once for all tests.
 namespace support {
@@ -44,9 +43,14 @@ public:
 template <class S, template <class, class> class Engine = PortMesh>
 std::unique_ptr<Runner> make_runner(scene::Map const& map, RendererOptions const& options = {});
 
-/// `fit_renderer<Setups...>`, with the same condition.
-template <class... Setups>
-std::unique_ptr<AnyRenderer> fit_shared(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {});
+/// A Renderer of setup S, for what a demand needs.
+template <class S>
+Renderer renderer_for(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options = {})
+{
+    Renderer renderer(scene::needed(map, demand), render::setup_for<S>(), options);
+    renderer.hold_to(demand);
+    return renderer;
+}
 
 // --- setups of several tests -------------------------------------------------------------------------------------------------
 

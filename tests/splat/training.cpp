@@ -83,7 +83,7 @@ double largest_difference(std::vector<double> const& a, std::vector<double> cons
     return most;
 }
 /// Frames of the program of homes, in chapters if `homes` a tile are too few for the map.
-std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules, std::uint32_t homes = 1000, bool planes = false)
+std::unique_ptr<render::Core> homes_of(scene::Map const& map, Rules const& rules, std::uint32_t homes = 1000, bool planes = false)
 {
     auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
@@ -92,7 +92,7 @@ std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules,
     choice.alpha = choice.depth = planes;
     RendererOptions options{.threads = 2, .grid = {3, 2}};
     options.held_slots = 50;
-    return render::make_homes_renderer(map, choice, options);
+    return render::make_core(map, choice, options);
 }
 /// One pixel type, blended by the kernel of a host thread.
 template <class Pixel>

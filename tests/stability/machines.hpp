@@ -1,6 +1,6 @@
 #pragma once
 #include "../standard.hpp"
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 
 // The machines of the stability tests behind plain functions. Only machines.cpp instantiates renderers.
 namespace stability {

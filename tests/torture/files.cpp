@@ -11,7 +11,7 @@
 #include <iterator>
 #include <map>
 #include <sstream>
-#include <tilemesh/fit_renderer.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -256,7 +256,7 @@ TEST_CASE("a cost model without memory")
 TEST_CASE("a run without memory, from the demand to the error")
 {
     torture::torture(
-        {value("fit, render", [] { return std::to_string(fit_to_map(cloud(), options())->render(views()[0]).report.pairs); }),
+        {value("fit, render", [] { return std::to_string(Renderer(cloud(), options()).render(views()[0]).report.pairs); }),
          value("reference, 2 threads, and its error",
                [] {
                    Renderer renderer(cloud(), options());

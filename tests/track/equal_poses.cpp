@@ -57,7 +57,7 @@ TEST_CASE("tracked poses have equal bits over tile sizes, threads and engines, w
 {
     auto const map = thin_map();
     std::vector<TrackTarget> targets;
-    BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>> renderer(map);
+    Renderer renderer(map, splat::with_planes(splat::lossless, true, true));
     for (int k = 0; k < 3; ++k) {
         auto frame = renderer.render(camera(k));
         spoil(frame.image, frame.depth, static_cast<std::uint64_t>(k), {});

@@ -34,7 +34,7 @@ Case made_case(std::uint32_t width, std::uint32_t height, std::uint32_t n, std::
         g.opacity = std::max(g.opacity, 0.3f);
     }
     Case c{support::map_of(std::move(gaussians)), support::lens(width, height), {}};
-    BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>> renderer(c.map);
+    Renderer renderer(c.map, splat::with_planes(splat::lossless, true, true));
     auto frame = renderer.render(support::lens(width, height, 0.01f));
     for (std::uint32_t y = 0; y < height; ++y)
         for (std::uint32_t x = 0; x < width; ++x) {
@@ -265,7 +265,7 @@ TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double"
             o.scene_depth = 1.7f;
             auto const mine = evaluator.evaluate(c.camera, c.target, o);
 
-            auto const frame = BasicRenderer<splat::Referenced<splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>>>(c.map).render(c.camera);
+            auto const frame = Renderer(c.map, splat::with_planes(splat::lossless, true, true)).render(c.camera);
             std::uint32_t const width = 58 / cell, height = 40 / cell;
             std::vector<Cell> cells;
             for (std::uint32_t y = 0; y < height; ++y)

@@ -55,7 +55,7 @@ constexpr Setup refitted(Setup now, Setup const& before) noexcept
 /// Reduces the setup to what a scene needs, in the same bytes of SRAM: records of another degree, and no routing or bloom if these would
 /// have nothing to do. A setup with `one_channel_memory` keeps both routing and bloom: to leave out one of them would free memory that the
 /// other one needs. scene/demand.hpp computes what a scene needs.
-constexpr Setup fitted(Setup const& setup, std::uint32_t degree, bool routes, bool blooms) noexcept
+constexpr Setup fitted(Setup const& setup, std::uint32_t degree, bool routes = true, bool blooms = true) noexcept
 {
     Setup now = setup;
     now.sh_degree = degree;

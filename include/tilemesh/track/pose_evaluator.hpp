@@ -91,7 +91,8 @@ struct EvaluatorOptions {
 ///
 /// The sums are integers on the mesh. So they have the same bits for any tiling, number of threads and engine, as long as no record is
 /// lost. View-dependent colour is evaluated, but counts as constant in the derivative. `S` is a setup: TrackedByReference<Lossless>, or
-/// splat::pose::Tracked<Lossless> by value.
+/// splat::pose::Tracked<Lossless> by value. It is a template, and not an option of Renderer, because poses have a program of their own and
+/// PoplarMesh and MpiMesh are types. `PoseEvaluator` is the one on host threads.
 ///
 /// Errors: it throws Error if the frame, a cell, a target or an option does not fit, and NoRoom if a record or a copy finds no room on its
 /// tile; after that it loads the map again.

@@ -2,7 +2,7 @@
 // cold start and the same view again. A line a setup: its name in setups.hpp, then the cells of leave_out_table.sh.
 #include "setups.hpp"
 #include <iostream>
-#include <tilemesh/renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
 

@@ -13,5 +13,4 @@ SUPPORT_SHARED(Referenced<tilemesh::splat::Fitted<Whole, 2>>);
 SUPPORT_SHARED(Referenced<tilemesh::splat::Fitted<Screens, 2>>);
 SUPPORT_SHARED(Referenced<tilemesh::splat::Lossless>);
 SUPPORT_SHARED(Referenced<tilemesh::splat::Paper>);
-SUPPORT_SHARED_FIT(tilemesh::splat::Fitted<tilemesh::splat::Lossless, 2>, tilemesh::splat::Fitted<tilemesh::splat::Lossless, 3>);
 SUPPORT_SHARED(Referenced<FixedSizes>);

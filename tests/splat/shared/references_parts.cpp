@@ -6,4 +6,3 @@ using namespace support;
 SUPPORT_SHARED(Referenced<NoRouting>);
 SUPPORT_SHARED(Referenced<NoBloom>);
 SUPPORT_SHARED(Referenced<Minimal>);
-SUPPORT_SHARED_FIT(NoRouting);

@@ -51,18 +51,9 @@ std::unique_ptr<Runner> make_runner(scene::Map const& map, RendererOptions const
     using R = BasicRenderer<S, Engine>;
     return std::make_unique<RunnerOf<typename R::Core>>(map, render::setup_for<typename R::Value>(options), options);
 }
-template <class... Setups>
-std::unique_ptr<AnyRenderer> fit_shared(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options)
-{
-    return fit_renderer<Setups...>(map, demand, options);
-}
 
 } // namespace support
 
 /// The renderer of a setup on an engine.
 #define SUPPORT_SHARED(...) \
     template std::unique_ptr<support::Runner> support::make_runner<__VA_ARGS__>(tilemesh::scene::Map const&, tilemesh::RendererOptions const&)
-/// The renderer that fits a demand, of these setups.
-#define SUPPORT_SHARED_FIT(...) \
-    template std::unique_ptr<tilemesh::AnyRenderer> support::fit_shared<__VA_ARGS__>( \
-        tilemesh::scene::Map const&, tilemesh::scene::Demand const&, tilemesh::RendererOptions const&)

@@ -16,8 +16,8 @@ TILEMESH_HOST RecordTable::RecordTable(scene::Map map, std::uint32_t degree) : m
     if (map_.sh_degree > degree)
         throw Error("a map with view-dependent colour of degree " + std::to_string(map_.sh_degree) +
                     " (the setup's records hold degree " + std::to_string(degree) +
-                    "); render it with fit_renderer or a Fitted<Lossless, " + std::to_string(map_.sh_degree) +
-                    "> setup, or give up the rest with scene::at_degree");
+                    "); give the records that degree (splat::fitted(setup, " + std::to_string(map_.sh_degree) +
+                    ")), or give up the rest with scene::at_degree");
     scene::require_harmonics(map_);
     SortedTable ids;
     ids.reserve(rows());

@@ -56,7 +56,7 @@ TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup
 TILEMESH_HOST Renderer::Renderer(scene::Map map, RendererOptions const& options)
 {
     auto const demand = scene::demand_of(map);
-    make(scene::needed(std::move(map), demand), splat::fitted(splat::lossless, demand.sh_degree, true, true), options, {});
+    make(scene::needed(std::move(map), demand), splat::fitted(splat::lossless, demand.sh_degree), options, {});
     hold_to(demand);
 }
 
@@ -104,11 +104,17 @@ TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFr
         homes->rules() = core_->rules();
         if (demand_) homes->hold_to(*demand_);
         if (observer_) homes->observe(observer_);
-        auto again = homes->render(camera);
+        core_.swap(homes); // an observer sees the core that runs
+        RenderedFrame again;
+        try {
+            core_->render_into(camera, again);
+        } catch (...) {
+            core_.swap(homes);
+            throw;
+        }
         again.report.host_ms.total += before_ms;
         frame = std::move(again);
         change_ = std::move(why);
-        core_ = std::move(homes);
     } catch (Error const& error) {
         change_refused_ = error.what();
         if (!may_fit) core_->render_into(camera, frame);

@@ -7,7 +7,8 @@
 #include <memory>
 #include <string>
 #include <tilemesh/error.hpp>
-#include <tilemesh/exact_renderer.hpp>
+#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -52,16 +53,13 @@ RendererOptions options(std::uint32_t storage)
     RendererOptions o;
     o.grid = {4, 4};
     o.storage_slots = storage;
+    o.program = Program::automatic;
     o.arithmetic = splat::Arithmetic::precise;
     return o;
 }
 bool same(report::Image const& a, report::Image const& b)
 {
     return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof a.rgb[0]) == 0;
-}
-std::string const& change(AnyRenderer& renderer)
-{
-    return dynamic_cast<AutoRenderer&>(renderer).change();
 }
 } // namespace
 
@@ -70,26 +68,26 @@ TEST_SUITE_BEGIN("render");
 TEST_CASE("auto renders with anchored tiles until a frame would lose something, then with homes for good")
 {
     auto const map = cloud();
-    auto const renderer = exact_renderer(map, options(60));
-    auto const wide = renderer->render(camera(2400));
+    Renderer renderer(map, options(60));
+    auto const wide = renderer.render(camera(2400));
     CHECK(wide.report.program == Program::anchored);
     CHECK(wide.report.homes.rounds == 0);
-    CHECK(change(*renderer).empty());
+    CHECK(renderer.change().empty());
 
-    auto const crowd = renderer->render(camera(24));
+    auto const crowd = renderer.render(camera(24));
     CHECK(crowd.report.program == Program::homes);
     CHECK(crowd.report.homes.rounds >= 1);
     CHECK(crowd.report.homes.unfinished_tiles == 0);
     CHECK(crowd.report.lost.empty());
-    CHECK(change(*renderer).find("would be missing") != std::string::npos);
-    CHECK(same(crowd.image, report::render_naive(map.gaussians, camera(24), renderer->rules())));
+    CHECK(renderer.change().find("would be missing") != std::string::npos);
+    CHECK(same(crowd.image, report::render_naive(map.gaussians, camera(24), renderer.rules())));
 
-    auto const again = renderer->render(camera(24));
+    auto const again = renderer.render(camera(24));
     CHECK(again.report.program == Program::homes);
     CHECK(again.report.passes.total() == 0); // an unchanged view runs no superstep
     CHECK(again.report.exchanges.total() == 0);
     CHECK(same(again.image, crowd.image));
-    auto const back = renderer->render(camera(2400)); // anchored tiles would have room again
+    auto const back = renderer.render(camera(2400)); // anchored tiles would have room again
     CHECK(back.report.program == Program::homes);
     CHECK(same(back.image, wide.image));
 }
@@ -99,26 +97,26 @@ TEST_CASE("each program alone, and a map with more records than anchored tiles h
     auto const map = cloud();
     auto o = options(60);
     o.program = Program::anchored;
-    CHECK_FALSE(exact_renderer(map, o)->render(camera(24)).report.lost.empty());
+    CHECK_FALSE(Renderer(map, o).render(camera(24)).report.lost.empty());
     o.program = Program::homes;
-    auto const homes = exact_renderer(map, o)->render(camera(24));
+    auto const homes = Renderer(map, o).render(camera(24));
     CHECK(homes.report.program == Program::homes);
     CHECK(homes.report.peak_storage <= 60);
     o.program = Program::automatic;
     o.storage_slots = 7; // 16 tiles have 112 slots for 120 records
-    auto const renderer = exact_renderer(map, o);
-    auto const few = renderer->render(camera(24));
+    Renderer renderer(map, o);
+    auto const few = renderer.render(camera(24));
     CHECK(few.report.program == Program::homes);
-    CHECK(change(*renderer) == "the records have no room");
+    CHECK(renderer.change() == "the records have no room");
     CHECK(few.report.homes.rounds > homes.report.homes.rounds);
     CHECK(same(few.image, homes.image));
     o.held_slots = 50; // of homes; storage_slots is the anchored tiles'
-    auto const more = exact_renderer(map, o)->render(camera(24));
+    auto const more = Renderer(map, o).render(camera(24));
     CHECK(more.report.peak_storage > 7);
     CHECK(more.report.peak_storage <= 50);
     CHECK(same(few.image, more.image));
     o.storage_slots = 8; // 128 slots: the anchored program gets its chance
-    CHECK(exact_renderer(map, o)->render(camera(24)).report.program == Program::homes);
+    CHECK(Renderer(map, o).render(camera(24)).report.program == Program::homes);
 }
 
 TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth")
@@ -128,8 +126,8 @@ TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth
     o.program = Program::homes;
     o.held_slots = 10;
     o.rounds = 2;
-    auto const renderer = exact_renderer(map, o);
-    auto const frame = renderer->render(camera(24));
+    Renderer renderer(map, o);
+    auto const frame = renderer.render(camera(24));
     auto const& r = frame.report;
     CHECK(r.homes.rounds == 2);
     REQUIRE_FALSE(r.unfinished.empty());
@@ -141,8 +139,8 @@ TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth
     auto front = map;
     std::erase_if(front.gaussians, [&](auto const& g) { return g.mean_world[2] >= depth; });
     REQUIRE(r.unfinished.size() == 1);
-    CHECK(same(frame.image, report::render_naive(front.gaussians, camera(24), renderer->rules())));
-    auto const still = renderer->render(camera(24));
+    CHECK(same(frame.image, report::render_naive(front.gaussians, camera(24), renderer.rules())));
+    auto const still = renderer.render(camera(24));
     CHECK(still.report.unfinished == r.unfinished); // an unchanged view lacks the same
     CHECK(still.report.homes.rounds == 0);
 }
@@ -153,15 +151,15 @@ TEST_CASE("options of the anchored program alone keep auto there, and homes refu
     auto o = options(20);
     o.grid = {};
     o.tile = {16, 10};
-    auto const frame = exact_renderer(map, o)->render(camera(24));
+    auto const frame = Renderer(map, o).render(camera(24));
     CHECK(frame.report.program == Program::anchored);
     CHECK_FALSE(frame.report.lost.empty());
     o.program = Program::homes;
-    CHECK_THROWS_AS(exact_renderer(map, o), Error);
+    CHECK_THROWS_AS(Renderer(map, o), Error);
     o = options(0);
     o.program = Program::homes;
     o.hops = 1;
-    CHECK_THROWS_WITH_AS(exact_renderer(map, o), doctest::Contains("only the anchored program has these"), Error);
+    CHECK_THROWS_WITH_AS(Renderer(map, o), doctest::Contains("only the anchored program has these"), Error);
 }
 
 TEST_CASE("homes are as many as the map needs; held splats get what is left, or the map comes in chapters")
@@ -206,20 +204,20 @@ TEST_CASE("homes are as many as the map needs; held splats get what is left, or 
 TEST_CASE("a frame whose pixels have no room on anchored tiles is of homes at once; a bad camera changes nothing")
 {
     auto const map = cloud();
-    auto const renderer = exact_renderer(map, {.threads = 2});
+    Renderer renderer(map, {.threads = 2, .program = Program::automatic});
     auto large = camera(800);
     large.width = 1280, large.height = 720, large.cx = 640, large.cy = 360;
-    CHECK(renderer->render(large).report.program == Program::anchored);
+    CHECK(renderer.render(large).report.program == Program::anchored);
     large.width = 1281; // tiles of 33 x 20 pixels: 660 of 640
     auto bad = large;
     bad.cx = std::numeric_limits<float>::quiet_NaN();
-    CHECK_THROWS_AS((void)renderer->render(bad), Error);
-    auto const frame = renderer->render(large);
+    CHECK_THROWS_AS((void)renderer.render(bad), Error);
+    auto const frame = renderer.render(large);
     CHECK(frame.report.program == Program::homes);
     CHECK(frame.report.lost.empty());
-    CHECK(change(*renderer) == "the pixels have no room");
-    auto const anchored = exact_renderer(map, {.threads = 2, .program = Program::anchored});
-    CHECK_THROWS_AS((void)anchored->render(large), Error);
+    CHECK(renderer.change() == "the pixels have no room");
+    Renderer anchored(map, {.threads = 2, .program = Program::anchored});
+    CHECK_THROWS_AS((void)anchored.render(large), Error);
 }
 
 TEST_SUITE_END();
