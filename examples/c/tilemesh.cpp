@@ -210,7 +210,6 @@ tilemesh::RendererOptions options_of(Settings const& settings)
     return options;
 }
 
-#if !defined(__EMSCRIPTEN__)
 /// The choice of homes of the same machine, pixels and rules.
 render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
 {
@@ -220,15 +219,11 @@ render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
     if (settings.machine == "test") homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
+#if !defined(__EMSCRIPTEN__)
 /// Does something that only the anchored program has keep `auto` on it?
 bool stays_anchored(Settings const& settings, render::Setup const& setup)
 {
     return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
-}
-/// The renderer of the program homes or auto. It keeps no trace.
-std::unique_ptr<tilemesh::Renderer> make_plain(Settings const& settings, scene::Map const& map)
-{
-    return std::make_unique<tilemesh::Renderer>(map, setup_of(settings, map.sh_degree), options_of(settings), homes_of(settings, map.sh_degree));
 }
 #endif
 
@@ -586,24 +581,20 @@ struct tilemesh_handle {
     {
         ensure_map();
         auto const camera = camera_of(numbers, settings_, map_->origin);
-        if ((!core_ && !plain_) || !settings_.same_mesh(used_)) make_renderer();
+        if (!renderer_ || !settings_.same_mesh(used_)) make_renderer();
         has_frame_ = false;
-        auto& rules = plain_ ? plain_->rules() : core_->rules();
+        auto& rules = renderer_->rules();
         for (std::size_t c = 0; c < 3; ++c) rules.background[c] = static_cast<float>(settings_.background[c]);
         watch_.begin_frame(0);
         follower_.begin_frame();
         cost_ = {};
-        if (plain_) {
-            try {
-                frame_ = plain_->render(camera);
-            } catch (...) {
-                plain_.reset();
-                throw;
-            }
-        } else {
-            core_->render_into(camera, frame_);
-            cost_ = model_cost(model_, core_->trace(), core_->mesh().grid());
+        try {
+            renderer_->render_into(camera, frame_);
+        } catch (...) {
+            if (!core_) renderer_.reset(); // homes and auto begin anew
+            throw;
         }
+        if (core_) cost_ = model_cost(model_, core_->trace(), core_->mesh().grid());
         used_ = settings_;
         camera_ = camera;
         complete_ = nullptr;
@@ -748,16 +739,11 @@ private:
         forget_frame(); // first, because two machines may not fit into memory
         watch_ = {};
         facts_ = {};
-#if !defined(__EMSCRIPTEN__)
-        if (!settings_.anchored()) {
-            plain_ = make_plain(settings_, *map_);
-            return;
-        }
-#endif
-        Core::EngineOptions engine;
-        engine.trace = true;
-        auto const setup = setup_of(settings_, map_->sh_degree);
-        core_ = std::make_unique<Core>(*map_, render::checked(setup), options_of(settings_), engine);
+        auto options = options_of(settings_);
+        options.trace = settings_.anchored();
+        renderer_ = std::make_unique<tilemesh::Renderer>(*map_, setup_of(settings_, map_->sh_degree), options, homes_of(settings_, map_->sh_degree));
+        if (!settings_.anchored()) return;
+        core_ = &dynamic_cast<Core&>(renderer_->core());
         core_->observe([this](tilemesh::SuperstepEvent const& event) {
             watch_.look(*core_, event);
             splat::GaussianId const followed{static_cast<std::uint32_t>(settings_.follow)};
@@ -770,8 +756,8 @@ private:
     }
     void forget_frame()
     {
-        core_.reset();
-        plain_.reset();
+        core_ = nullptr;
+        renderer_.reset();
         has_frame_ = false;
     }
     void forget()
@@ -784,7 +770,7 @@ private:
     }
     void need_frame() const
     {
-        if (!has_frame_ || (!core_ && !plain_)) throw NoFrame("no frame (none was rendered of this map); call tilemesh_render first");
+        if (!has_frame_ || !renderer_) throw NoFrame("no frame (none was rendered of this map); call tilemesh_render first");
     }
     void need_trace() const
     {
@@ -798,13 +784,13 @@ private:
         text_ = std::move(text);
         return text_.c_str();
     }
-    tilemesh::Grid grid() const { return plain_ ? tilemesh::Grid{plain_->grid().width, plain_->grid().height} : core_->mesh().grid(); }
+    tilemesh::Grid grid() const { return {renderer_->grid().width, renderer_->grid().height}; }
     tilemesh::Extent2 tile_size() const
     {
-        return plain_ ? plain_->tile() : tilemesh::Extent2{core_->tiling().tile_width, core_->tiling().tile_height};
+        return renderer_->tile();
     }
-    render::Setup const& facts() const { return plain_ ? plain_->setup() : core_->setup(); }
-    splat::Rules const& rules() const { return plain_ ? plain_->rules() : core_->rules(); }
+    render::Setup const& facts() const { return renderer_->setup(); }
+    splat::Rules const& rules() const { return renderer_->rules(); }
     bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
 
     /// Blends the records of the view without a mesh: every tile gets each record that touches it.
@@ -948,7 +934,7 @@ private:
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
         run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
-                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), render::ledger_of(facts)};
+                        limited(used_.channel_slots, homes ? renderer_->channel_slots() : facts.sizes.beam), render::ledger_of(facts)};
         run_.preset = facts.name;
         run_.engine = "threads";
         run_.program = options_of(used_).program;
@@ -1096,8 +1082,8 @@ private:
     tilemesh::CostModel model_;
     std::optional<scene::Map> map_; ///< empty: the built-in map, until it is needed
     Settings settings_, used_; ///< now; of the last frame
-    std::unique_ptr<Core> core_;                   ///< the anchored program, with a trace
-    std::unique_ptr<tilemesh::Renderer> plain_; ///< homes or auto, without; at most one of the two exists
+    std::unique_ptr<tilemesh::Renderer> renderer_;
+    Core* core_ = nullptr; ///< of the anchored program, with a trace; null for homes and auto
 #if !defined(__EMSCRIPTEN__)
     std::unique_ptr<Tracking> tracking_;
 #endif

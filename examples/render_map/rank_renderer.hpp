@@ -1,7 +1,7 @@
 #pragma once
 #include "choice.hpp"
 #include <memory>
-#include <tilemesh/render/frame_renderer.hpp>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/mpi/mpi_mesh.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>

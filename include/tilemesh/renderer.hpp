@@ -156,5 +156,5 @@ private:
 }} // namespace tilemesh
 
 #if !defined(TILEMESH_COMPILED)
-#include <tilemesh/render/detail/renderer_code.hpp>
+#include <tilemesh/detail/renderer_code.hpp>
 #endif

@@ -37,7 +37,11 @@ std::vector<Door> doors()
     return {{"anchored", of(Program::anchored)},
             {"homes", of(Program::homes)},
             {"automatic", of(Program::automatic)},
-            {"a setup", [](scene::Map const& map, RendererOptions const& options) { return Renderer(map, splat::fitted(splat::paper, map.sh_degree), options); }},
+            {"a setup", [](scene::Map const& map, RendererOptions const& options) {
+                 auto setup = splat::fitted(splat::lossless, map.sh_degree);
+                 setup.reusable = false;
+                 return Renderer(map, setup, options);
+             }},
             {"a setup of homes", [](scene::Map const& map, RendererOptions const& options) {
                  auto setup = splat::homes_setup;
                  setup.sh_degree = map.sh_degree;

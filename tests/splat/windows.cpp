@@ -113,7 +113,7 @@ TEST_CASE("a window that keeps the farther borders needs nothing but its camera:
     auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.fit = true;
-    auto const homes = render::make_homes_renderer(support::map_of(all), choice, options);
+    auto const homes = render::make_core(support::map_of(all), choice, options);
     auto const in_double = report::render_double_unrounded(std::span<Gaussian const>(all), camera, {}, report::Cuts::same);
     for (PixelRect const window : {PixelRect{72, 96, 40, 60}, PixelRect{1, 96, 7, 60}, PixelRect{95, 96, 59, 60}}) {
         auto const part = window_of(camera, window);
@@ -219,7 +219,7 @@ TEST_CASE("coverage: kernels, both programs and the naive picture have the same 
     auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.fit = true;
-    CHECK(support::differing_pixels(render::make_homes_renderer(support::map_of(all), choice, options)->render(camera).image, naive) == 0);
+    CHECK(support::differing_pixels(render::make_core(support::map_of(all), choice, options)->render(camera).image, naive) == 0);
     auto const reference = report::render_double_unrounded(std::span<Gaussian const>(all), camera, rules, report::Cuts::same);
     double sum = 0;
     for (std::size_t i = 0; i < reference.size(); ++i) sum += (reference[i] - double{naive.rgb[i]}) * (reference[i] - double{naive.rgb[i]});

@@ -124,10 +124,10 @@ TEST_CASE("pose evaluator: pairs are those of precise blending, and a view that 
         for (auto n : evaluator.mesh().state<splat::Work>(evaluator.mesh().grid().tile(i)).contributing) pairs += n;
     RendererOptions precise;
     precise.arithmetic = splat::Arithmetic::precise;
-    Renderer renderer(c.map, precise);
+    render::HostRenderer renderer(c.map, splat::lossless, precise, {});
     (void)renderer.render(c.camera);
     for (std::uint32_t i = 0; i < renderer.mesh().grid().size(); ++i)
-        for (auto n : renderer.mesh().state<splat::Work>(renderer.mesh().grid().tile(i)).contributing) expected += n;
+        for (auto n : std::as_const(renderer.mesh()).state<splat::Work>(renderer.mesh().grid().tile(i)).contributing) expected += n;
     CHECK(pairs == expected);
     auto const other = evaluator(support::lens(96, 80, 0.05f), {});
     CHECK(!same(first, other));

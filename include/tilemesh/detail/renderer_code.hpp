@@ -13,8 +13,6 @@
 
 namespace tilemesh { inline namespace v0_2 {
 
-namespace render {
-
 namespace detail {
 inline bool lacks(report::FrameReport const& r) noexcept { return !r.lost.empty() || r.gaussians.unplaced != 0 || r.gaussians.dropped != 0; }
 inline std::string why_it_lacks(report::FrameReport const& r)
@@ -27,6 +25,8 @@ inline std::string why_it_lacks(report::FrameReport const& r)
            (copies == 0 ? "" : copies == 1 ? "1 copy" : text(copies, "copie")) + " would be missing";
 }
 } // namespace detail
+
+namespace render {
 
 TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup, RendererOptions const& options)
 {
@@ -68,7 +68,8 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
     if (options.sizes) anchored.sizes = *options.sizes;
     auto const program = setup.program != Program::anchored ? setup.program : options.program;
     if (setup.program != Program::homes) anchored.program = Program::anchored;
-    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || !setup.holds || !setup.reusable;
+    bool const drops_or_copies_splats = setup.program != Program::homes && (!setup.holds || !setup.reusable);
+    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || drops_or_copies_splats;
     if (program == Program::homes && only_anchored)
         throw Error("the program of homes with bounded hops, a tile's size, sizes in the options, or a setup that drops or copies splats (only "
                     "the anchored program has these); leave them out, or choose Program::anchored");
@@ -95,9 +96,9 @@ TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFr
     std::string why = fits ? "the records have no room" : "the pixels have no room";
     if (may_fit) {
         core_->render_into(camera, frame);
-        if (!render::detail::lacks(frame.report)) return;
+        if (!detail::lacks(frame.report)) return;
         before_ms = frame.report.host_ms.total;
-        why = render::detail::why_it_lacks(frame.report);
+        why = detail::why_it_lacks(frame.report);
     }
     try {
         auto homes = std::exchange(make_homes_, nullptr)(core_->map());
