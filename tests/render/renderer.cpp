@@ -5,11 +5,16 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
+#include <tilemesh/basic_renderer.hpp>
+#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
+#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <utility>
@@ -218,6 +223,63 @@ TEST_CASE("a frame whose pixels have no room on anchored tiles is of homes at on
     CHECK(renderer.change() == "the pixels have no room");
     Renderer anchored(map, {.threads = 2, .program = Program::anchored});
     CHECK_THROWS_AS((void)anchored.render(large), Error);
+}
+
+TEST_CASE("an observer and the demand follow the change to homes, on both engines, with a trace")
+{
+    auto const map = cloud();
+    for (auto const engine : {render::EngineKind::threads, render::EngineKind::checked}) {
+        auto o = options(60);
+        o.engine = engine;
+        o.trace = true;
+        Renderer renderer(map, o);
+        std::vector<splat::Camera> const path{camera(2400), camera(24)};
+        auto demand = scene::demand_of(map, std::span(path), renderer.rules(), [&](splat::Camera const& c) { return tiling_for(o, c.width, c.height); });
+        demand.culled = 7; // as if so many were not loaded
+        renderer.hold_to(demand);
+        std::size_t seen = 0;
+        bool of_homes = false;
+        renderer.observe([&](SuperstepEvent const&) {
+            ++seen;
+            of_homes = dynamic_cast<render::HostHomesRenderer*>(&renderer.core()) != nullptr;
+        });
+        (void)renderer.render(camera(2400));
+        CHECK(seen == renderer.trace().supersteps.size());
+        CHECK_FALSE(of_homes);
+        seen = 0;
+        auto const crowd = renderer.render(camera(24));
+        CHECK(crowd.report.program == Program::homes);
+        CHECK(of_homes);
+        CHECK(seen > renderer.trace().supersteps.size()); // those of the anchored program, too
+        CHECK(crowd.report.gaussians.visible + crowd.report.gaussians.parked == map.gaussians.size() + demand.culled);
+        CHECK_THROWS_WITH_AS((void)renderer.render(camera(500)), doctest::Contains("a view that the demand was not made for"), Error);
+    }
+}
+
+TEST_CASE("one program and one engine by values, or a core of one's own: the same picture; what none keeps is refused")
+{
+    auto const map = cloud();
+    auto const o = options(200);
+    auto anchored = o;
+    anchored.program = Program::anchored;
+    Renderer by_options(map, anchored), by_setup(map, splat::lossless, anchored),
+        own(std::make_unique<BasicRenderer<splat::Referenced<splat::Lossless>, PortMesh>>(map, anchored));
+    auto const frame = by_options.render(camera(2400));
+    CHECK(same(frame.image, by_setup.render(camera(2400)).image));
+    CHECK(same(frame.image, own.render(camera(2400)).image));
+    CHECK(by_options.grid().width == 4);
+    CHECK_THROWS_AS((void)by_options.trace(), Error);
+    auto homes = splat::as_homes(splat::lossless);
+    Renderer by_homes(map, homes, anchored); // the setup names the program
+    auto const crowd = by_homes.render(camera(2400));
+    CHECK(crowd.report.program == Program::homes);
+    CHECK(same(frame.image, crowd.image));
+    CHECK_THROWS_AS((void)by_homes.prefetch(camera(24)), Error);
+    auto drops = splat::lossless;
+    drops.holds = false;
+    auto of_homes = o;
+    of_homes.program = Program::homes;
+    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("only the anchored program has these"), Error);
 }
 
 TEST_SUITE_END();
