@@ -23,7 +23,7 @@ struct Options : shared::MapInput, shared::CameraInput, shared::MotionInput, sha
     std::optional<std::filesystem::path> machine;     ///< a file; empty: the machine is in `choice`
     std::shared_ptr<tilemesh::MachineFile const> machine_file; ///< its content, once it is read (load_machine)
     Choice choice;
-    tilemesh::RendererOptions renderer;
+    tilemesh::RendererOptions renderer{.program = tilemesh::report::Program::automatic};
     std::optional<std::uint32_t> channel_slots, storage_slots; ///< as given, also 0; `renderer` has them too
     std::optional<std::filesystem::path> out;         ///< empty: ./tilemesh_out
     std::optional<std::filesystem::path> video;       ///< "-": standard output
