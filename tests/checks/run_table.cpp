@@ -337,7 +337,7 @@ Files files_now()
         auto const name = entry.path().string();
         if (name == "./stdout" || name == "./stderr" || lstat(name.c_str(), &s) != 0) continue;
         auto& facts = files[name];
-        facts = {s.st_mode, static_cast<long long>(s.st_ino)};
+        facts = {static_cast<long long>(s.st_mode), static_cast<long long>(s.st_ino)};
         if (!S_ISDIR(s.st_mode)) facts.insert(facts.end(), {s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec});
     }
     return files;
@@ -446,9 +446,11 @@ private:
             auto const [status, rest] = split(arguments, " ");
             wanted = std::stoi(status), arguments = rest;
         }
+        fs::remove("stdout"), fs::remove("stderr");
         auto const before = files_now();
-        auto const status = shell("${before:+eval \"$before\"}\nexec timeout -k 5 ${seconds:-120} \"$PROGRAM\" </dev/null >stdout 2>stderr " + arguments);
+        auto const status = shell("${before:+eval \"$before\"}\nexec timeout -k 5 ${seconds:-120} \"$PROGRAM\" </dev/null >stdout 2>stderr " + arguments, log());
         auto const after = files_now();
+        if (!fs::exists("stderr")) return fail(beginning(contents(log())));
         auto const errors = contents("stderr");
         if (status != wanted) return fail("status " + std::to_string(status) + ", not " + std::to_string(wanted) + ": " + beginning(errors));
         auto const error_lines = std::count(errors.begin(), errors.end(), '\n');
@@ -464,7 +466,7 @@ private:
         for (auto const& [name, facts] : after) {
             if (verb == "refuse" && !before.contains(name)) fail("a refused run left " + name);
             if (name.ends_with(".part") && !before.contains(name)) fail(name + " is left");
-            if (!fs::is_regular_file(name) || (before.contains(name) && before.at(name) == facts)) continue;
+            if (!S_ISREG(facts[0]) || (before.contains(name) && before.at(name) == facts)) continue;
             if (name.ends_with(".png") && !contents(name).ends_with("IEND\xae\x42\x60\x82")) fail(name + " is not whole");
             if (name.ends_with(".json")) try { (void)Json(contents(name)); }
                 catch (Error const& error) { fail(name + ": " + error.what()); }
@@ -480,11 +482,11 @@ private:
         }
         if (verb == "fails") {
             auto const so_far = failures_;
-            muted_ = true;
+            bool const was_muted = std::exchange(muted_, true);
             auto const [inner, rest] = split(raw, " ");
             try { statement(inner, rest); }
             catch (Error const&) { ++failures_; }
-            muted_ = false;
+            muted_ = was_muted;
             bool const failed = failures_ > so_far;
             failures_ = so_far;
             if (!failed) fail("it did not fail");
