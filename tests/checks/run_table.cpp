@@ -1,7 +1,8 @@
 // Runs a table of checks of programs, in an empty folder of its own, and names every row that fails.
 // usage: run_table TABLE [NAME=VALUE...]: the values are variables of the table; PROGRAM names the program of its rows.
 //
-// A line is a statement; lines that are indented deeper belong to it; ` \` at the end of a line joins the next one.
+// A line is a statement, or several with ` :: ` between them; lines that are indented deeper belong to it; ` \` at the end of a line joins the
+// next one.
 //   NAME = VALUE             a variable: $NAME in later lines, and in the environment of every command; $(COMMAND) is what it prints
 //   each NAMES = V | V | V   the block once for each value (without "|", a value is a word); several names share a value's words, and the last one takes the rest
 //   when COMMAND => WHY      the block if the command ends with 0; otherwise "skipped: WHY" (without WHY: nothing)
@@ -386,7 +387,14 @@ private:
                 auto const margin = i < lines_.size() ? indent(lines_[i].text) : 0;
                 for (; i < lines_.size() && (indent(lines_[i].text) > here || trimmed(lines_[i].text).empty()); ++i)
                     line.script += lines_[i].text.substr(std::min(margin, indent(lines_[i].text))) + "\n";
-            } else line.block = parsed(i, here + 1);
+                block.push_back(line);
+                continue;
+            }
+            for (auto at = line.text.find(" :: "); at != std::string::npos; at = line.text.find(" :: ")) {
+                block.push_back({line.number, trimmed(line.text.substr(0, at)), {}, {}});
+                line.text = trimmed(line.text.substr(at + 4));
+            }
+            line.block = parsed(i, here + 1);
             block.push_back(line);
         }
         return block;
