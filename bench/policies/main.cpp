@@ -1,5 +1,4 @@
 // What each policy costs and gives: error, exchanges, modelled time, balance, SRAM, bytes and host time.
-#include "lending.hpp"
 #include "measure.hpp"
 #include "prefetch.hpp"
 #include <algorithm>
@@ -28,7 +27,6 @@ Options parse(std::vector<std::string> const& all)
         if (option == "--write") options.write = words.path();
         else if (option == "--map") options.maps.push_back(words.one_of(map_names));
         else if (option == "--threads") options.threads = words.number(1, 64);
-        else if (option == "--links") options.links_alone = true;
         else words.refuse();
     }
     options.finish();
@@ -47,7 +45,6 @@ std::string help()
            bench::help_of_data +
            "  --map NAME       sloth, salad, playbot_250k or built_in; may be repeated. Default: the first three\n"
            "  --threads N      host threads of each machine; default: 1. Only host times depend on it\n"
-           "  --links          only other links for routing, and the mesh. It writes no README.md\n"
            "  --quick          a part of the built-in map, a small picture; takes seconds\n" +
            bench::help_of_spoil + "  --help           this text\n\n" + bench::help_of_exit;
 }
@@ -117,16 +114,17 @@ std::string findings(std::vector<Row> const& rows)
         pair("hold, records of " + bytes + " bytes", "hold, first come");
         pair("homes, records of " + bytes + " bytes", "homes");
     }
-    return text + findings_of_lending(rows);
+    return text;
 }
 void write_readme(Options const& options, std::vector<Row> const& rows, std::vector<Products> const& products,
-                  std::string const& links, std::vector<Motion> const& motions, bool complete)
+                  std::vector<Motion> const& motions, bool complete)
 {
     std::string text =
         "# What does each policy cost, and what does it give?\n"
-        "The paper leaves these questions open: what goes first when not all can go, smaller records, other links, work that\n"
-        "neighbours lend, records that move ahead of the camera, and blending as matrix products. Each has its rows here, on Mk2\n"
-        "with 40 x 36 tiles at 1280 x 720. The bench writes this file.\n"
+        "The paper leaves these questions open: what goes first when not all can go, smaller records, records that move ahead of\n"
+        "the camera, and blending as matrix products. Each has its rows here, on Mk2 with 40 x 36 tiles at 1280 x 720. The bench\n"
+        "writes this file. Other links for routing, and work that neighbours lend, did not pay: [removed](removed/README.md) has\n"
+        "their rows.\n"
         "```sh\n"
         "build/test/bench/policies --data DIR --csv policies.csv --write bench/policies\n"
         "build/test/bench/policies --quick                       # no data, seconds\n"
@@ -138,8 +136,6 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "- \"Slowest / mean\": modelled compute cycles of the slowest tile over the mean of all 1,440 tiles.\n"
         "- \"Largest first\" is [`splat::LargestFirst`](../../include/tilemesh/splat/contribution.hpp), `render_map --priority\n"
         "  largest`. \"Few slots\" are the 100 and 800 of the authors' public code. 40 hops end routing, and bloom, of a frame.\n"
-        "- \"Lent strips\" is [`splat::LendsStrips`](../../include/tilemesh/splat/lending.hpp): neighbours blend rows of blocks of\n"
-        "  a tile that has more to blend. \"Room for lending\" is the same storage without it.\n"
         "- Records of 32 and 16 bytes: a tile stores and sends [packed records](../common/compact.hpp), and unpacks one each time\n"
         "  that it projects it. This work is in the times: a projection costs 1.46 times as much with 32 bytes, 1.41 with 16. A\n"
         "  tile never packs. 16 bytes need 24 bytes more a tile: the box of the map. The bench checks that pictures, exchanges\n"
@@ -148,21 +144,15 @@ void write_readme(Options const& options, std::vector<Row> const& rows, std::vec
         "  packed bytes of the records on their home tiles, and no time is counted for unpacking.\n"
         "- The work of ranking is not in the modelled times either: the model has no price for it. It is in the host times.\n"
         "- \"Whole\" is a cold start. `fr1_xyz` is frame 4 of a recorded motion of a hand-held camera, after the whole view.\n"
-        "- \"Torus\" and \"express\" are [other links](#other-links) for routing.\n"
         "- No policy here is a default.\n";
     if (!complete) text += "\n**A check failed in this run.**\n";
     text += "\n## Findings\n" + findings(rows) + "\n## Policies\n" + table(rows) +
-            "\n## Lent strips\n"
-            "Neighbours take over blending. On maps that fit, it has the largest part of the slowest tile's time. A block of 16 x 5\n"
-            "pixels has one worker, so no tile is faster than its fullest block. Of the 6 workers of a tile of 8 blocks two have 2\n"
-            "blocks, so a tile that lends 2 blocks is as fast as that. The work of choosing, sending and returning is in the times.\n" +
-            cost_of_lending(rows) + "\n" + table_of_lending(rows) +
             "\n## Blending as matrix products\n"
             "A bound from the exact counts of a frame of homes: if blending took no time, and if only the 4 multiply-adds of a pair\n"
             "(its colour and weight) took time, at 64 half-precision multiply-adds a cycle, evenly over the tiles. Alpha and\n"
             "transmittance are not products, so a machine gains less. The error is that of colours and weights rounded to half\n"
             "precision and summed as floats.\n\n" +
-            table(products) + "\n" + section(motions) + links;
+            table(products) + "\n" + section(motions);
     tilemesh::report::write_whole(options.write / "README.md", text);
 }
 
@@ -172,7 +162,6 @@ int run(Options const& options)
     if (!options.write.empty()) bench::expect_folder_of(options.write / "README.md");
     std::vector<Row> rows;
     std::vector<Products> products;
-    std::vector<LinkRow> links;
     std::vector<Motion> motions;
     std::vector<std::string> broken;
     for (std::string const name : map_names) {
@@ -184,18 +173,12 @@ int run(Options const& options)
         }
         tilemesh::scene::Size const small{320, 180}, whole{1280, 720};
         auto const scene = bench::load_scene(name, options.data, options.quick ? small : whole);
-        measure(scene, options, rows, products, links, broken);
-        if (!options.links_alone) measure_prefetch(scene, options, motions, broken);
+        measure(scene, options, rows, products, broken);
+        measure_prefetch(scene, options, motions, broken);
     }
-    tilemesh::Grid const grid = options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36};
-    auto const gathered = gather(grid, 400, options.threads);
-    for (auto const& g : gathered)
-        if (!g.all_there) broken.push_back(std::string("gather over ") + name_of(g.links) + ": a record is not where it belongs");
-    std::cout << table(rows) << "\n" << table_of_lending(rows) << "\n" << table(products) << "\n" << findings(rows) << "\n" << section(motions)
-              << "\n" << table(links) << "\n" << table(gathered);
+    std::cout << table(rows) << "\n" << table(products) << "\n" << findings(rows) << "\n" << section(motions);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
-    if (!options.write.empty() && !options.links_alone)
-        write_readme(options, rows, products, section_of_links(links, gathered, grid), motions, broken.empty());
+    if (!options.write.empty()) write_readme(options, rows, products, motions, broken.empty());
     for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
     std::cout << (broken.empty() ? "All that must hold does.\n" : "");
     return broken.empty() ? 0 : 1;

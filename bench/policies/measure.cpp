@@ -1,5 +1,4 @@
 #include "measure.hpp"
-#include "lending.hpp"
 #include "packed.hpp"
 #include <algorithm>
 #include <cmath>
@@ -70,9 +69,9 @@ struct Policy {
 class Measurement {
 public:
     Measurement(bench::Scene const& s, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-                std::vector<LinkRow>& links, std::vector<std::string>& broken)
+                std::vector<std::string>& broken)
         : scene_(s), options_(options), grid_(options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36}), rows_(rows),
-          products_(products), links_(links), broken_(broken)
+          products_(products), broken_(broken)
     {}
 
     void all()
@@ -90,11 +89,6 @@ private:
         auto rules = bench::HomesSetting::precise();
         if (options_.spoil) rules.alpha_max = bench::spoilt_alpha_max;
         exact_ = tilemesh::report::render_naive(scene_.map.gaussians, cameras.back(), rules);
-        if (options_.links_alone) {
-            anchored({"hold, first come"});
-            for (Links const links : other_links) linked(links);
-            return;
-        }
         for (std::uint32_t const bytes : {60u, 32u, 16u}) homes(bytes);
         std::uint32_t const hops = options_.quick ? 4 : 40;
         Policy const policies[] = {{"hold, first come"},
@@ -109,30 +103,6 @@ private:
                                    {.name = "hold, " + std::to_string(hops) + " hops, first come", .hops = hops},
                                    {.name = "hold, " + std::to_string(hops) + " hops, largest first", .ranks = true, .hops = hops}};
         for (auto const& policy : policies) anchored(policy);
-        for (Links const links : other_links) linked(links);
-        lending();
-    }
-    /// The same storage without and with lent strips: pictures and pairs must be equal, whatever is missing.
-    void lending()
-    {
-        tilemesh::RendererOptions const options{.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false};
-        auto const lends = make_lending_machine(scene_.map, options);
-        auto& before = add(without_lending);
-        auto setup = render::choice_of<splat::Lossless>();
-        setup.rules.arithmetic = splat::Arithmetic::precise;
-        setup.sizes.storage = before.storage = lends->storage();
-        auto facts = render::facts_of(setup);
-        before.sram_bytes = facts.sram_bytes;
-        auto const plain = bench::make_traced_machine(scene_.map, std::move(facts), options);
-        for (auto const& camera : cameras_) plain->render(camera);
-        set_parts(before, plain->trace(), fill(before, plain->report(), plain->trace(), plain->image(), false), cost_model());
-        auto& row = add(with_lending);
-        row.storage = lends->storage();
-        row.sram_bytes = lends->sram_bytes();
-        for (auto const& camera : cameras_) lends->render(camera);
-        set_parts(row, lends->trace(), fill(row, lends->report(), lends->trace(), lends->image(), false), cost_model());
-        if (!std::isinf(psnr(lends->image(), plain->image()))) complain(row, "lending changes the picture");
-        if (lends->report().pairs != plain->report().pairs) complain(row, "lending changes the number of pairs");
     }
     void complain(Row const& row, std::string const& what)
     {
@@ -217,8 +187,6 @@ private:
         for (auto const& camera : cameras_) machine->render(camera);
         if (policy.record_bytes != 60) return stored_packed(policy, row, options, *machine);
         (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
-        if (policy.name == "hold, first come")
-            links_.push_back(link_row(row.map, row.view, Links::mesh, machine->report(), machine->trace(), grid_));
         // What the bench shows must be so: a rank is worth its time on full tiles of a first view.
         if (policy.ranks && policy.limited && view_ == "whole" && row.missing != 0) {
             auto const& first = rows_[rows_.size() - 2];
@@ -226,17 +194,6 @@ private:
         }
     }
 
-    /// `hold, first come` with other links for routing.
-    void linked(Links links)
-    {
-        auto& row = add(std::string("hold, ") + name_of(links));
-        auto const machine = make_link_machine(links, scene_.map, options_.threads, grid_);
-        for (auto const& camera : cameras_) machine->render(camera);
-        row.sram_bytes = machine->sram_bytes();
-        row.storage = splat::Lossless::sizes.storage;
-        (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
-        links_.push_back(link_row(row.map, row.view, links, machine->report(), machine->trace(), grid_));
-    }
     /// A program whose tiles store and send packed records. It must do what `by_floats` does: the program whose records were rounded before
     /// they were loaded.
     void stored_packed(Policy const& policy, Row& row, tilemesh::RendererOptions const& options, bench::TracedMachine const& by_floats)
@@ -321,7 +278,6 @@ private:
     tilemesh::Grid grid_;
     std::vector<Row>& rows_;
     std::vector<Products>& products_;
-    std::vector<LinkRow>& links_;
     std::vector<std::string>& broken_;
     std::string view_;
     std::vector<splat::Camera> cameras_;
@@ -331,9 +287,9 @@ private:
 } // namespace
 
 void measure(bench::Scene const& s, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-             std::vector<LinkRow>& links, std::vector<std::string>& broken)
+             std::vector<std::string>& broken)
 {
-    Measurement(s, options, rows, products, links, broken).all();
+    Measurement(s, options, rows, products, broken).all();
 }
 
 } // namespace policies

@@ -1,5 +1,4 @@
 #pragma once
-#include "links.hpp"
 #include <common/options.hpp>
 #include <common/scenes.hpp>
 #include <cstdint>
@@ -13,7 +12,6 @@ struct Options : bench::Options {
     std::filesystem::path write;   ///< the folder of README.md; empty: not written
     std::vector<std::string> maps; ///< empty: all
     std::uint32_t threads = 1;     ///< of every machine
-    bool links_alone = false;      ///< no rows of other policies
 };
 
 /// One frame under one policy.
@@ -29,8 +27,6 @@ struct Row {
     std::uint32_t storage = 0;    ///< records that a tile stores, or splats that it holds
     std::uint64_t exchanged_bytes = 0;
     double host_ms = 0;
-    double blend_ms = 0, lend_ms = 0;   ///< modelled, only with `without_lending` and `with_lending`: to blend, to lend and to return
-    double blend_slowest_over_mean = 0; ///< of the blending alone
 };
 
 /// Blending as matrix products: how much less time a frame of homes could take, and the error of half precision.
@@ -46,6 +42,6 @@ struct Products {
 
 /// Measures all policies in all views of a scene. Adds a sentence to `broken` for each check that fails.
 void measure(bench::Scene const& scene, Options const& options, std::vector<Row>& rows, std::vector<Products>& products,
-             std::vector<LinkRow>& links, std::vector<std::string>& broken);
+             std::vector<std::string>& broken);
 
 } // namespace policies

@@ -95,11 +95,9 @@
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
-#include <tilemesh/splat/lending.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
-#include <tilemesh/splat/topologies.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_accuracy.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>

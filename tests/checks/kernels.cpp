@@ -46,7 +46,6 @@
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <tilemesh/splat/lending.hpp>
 #include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/compare.hpp>
@@ -85,7 +84,6 @@
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
-#include <tilemesh/splat/topologies.hpp>
 #include <tilemesh/splat/view.hpp>
 
 namespace {
@@ -157,8 +155,6 @@ struct Screen : splat::Lossless {
 using Shaded = splat::Fitted<splat::Lossless, 3>;
 using Still = splat::Fitted<splat::Lossless, 0, false>;
 using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
-using Ring = splat::WithLinks<splat::Lossless, splat::Torus>;
-using Skipping = splat::WithLinks<splat::Lossless, splat::ExpressLinks<4>>;
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
 /// The program of homes on the paper's grid at 1280 x 720.
@@ -211,19 +207,11 @@ ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
-KERNEL(ring, project, Ring, Project)
-KERNEL(ring, route, Ring, Route)
-KERNEL(skipping, route, Skipping, Route)
 ALL_HOMES_KERNELS(homes, Homes)
 ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
 HOMES_KERNEL(district_homes, tell, DistrictHomes, Tell)
 HOMES_KERNEL(district_homes, offer, DistrictHomes, Offer)
 HOMES_KERNEL(district_homes, deliver, DistrictHomes, Deliver)
-KERNEL(lending, tell_load, splat::LosslessLending, kernel::TellLoad)
-KERNEL(lending, offer_help, splat::LosslessLending, kernel::OfferHelp)
-KERNEL(lending, lend, splat::LosslessLending, kernel::LendStrips)
-KERNEL(lending, composite, splat::LosslessLending, kernel::CompositeLending)
-KERNEL(lending, return_pixels, splat::LosslessLending, kernel::ReturnPixels)
 
 // The kernels of a program that tracks.
 using Tracked = splat::pose::Tracked<splat::Lossless>;

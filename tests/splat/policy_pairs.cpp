@@ -1,31 +1,6 @@
 // test: unoptimised test, without test asan tsan
 // Pairs of policies in one setup: frames end with channels and FIFOs of 1, 2 and 8 slots, each id is on one tile or missing, and pictures
 // have the bits of the naive loop over what is not missing (over the rounded records, if tiles store packed ones).
-//
-//   L  largest first    LargestFirst<Hold> (splat/contribution.hpp)
-//   S  lent strips      LendsStrips (splat/lending.hpp)
-//   T  torus            Torus (splat/topologies.hpp)
-//   X  express links    ExpressLinks<4>, the same
-//   P  packed records   WithRecord<S, Compact32 or Compact16> (bench/common/packed_record.hpp)
-//   F  prefetch         FrameRenderer::prefetch (render/frame_renderer.hpp)
-//   C  some sides only  a channel with Sides (machine/channel.hpp)
-//
-//   pair       here
-//   L S        runs, by value (by reference: lending.cpp)
-//   L T, L X   refused at compile time: a torus and express links ask for Hold without ranks (checks/compile_fail/*_that_ranks.cpp)
-//   L P        runs, 32 bytes
-//   L F        runs, on the host's program
-//   S T        runs
-//   S X        runs, with P as a third
-//   S P        runs, 16 bytes
-//   S F        does not compile: prefetch is a member of programs whose parameters say whether a run draws, those of the host's setup,
-//              and that program blends in one step
-//   T X        a setup has one routing rule
-//   T P        runs, 16 bytes
-//   X P        runs, 32 bytes, with S as a third
-//   T F, X F   does not compile, as S F: the host's program routes over the mesh
-//   P F        does not compile, as S F: the host's program moves references
-//   C any      no frame has a channel to some sides only: all of its channels have four. engine/ and map/grow.hpp have some
 #include "../../bench/common/packed_record.hpp"
 #include "support.hpp"
 #include <algorithm>
@@ -34,8 +9,6 @@
 #include <set>
 #include <tilemesh/render/setup_facts.hpp>
 #include <tilemesh/splat/contribution.hpp>
-#include <tilemesh/splat/lending.hpp>
-#include <tilemesh/splat/topologies.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -50,23 +23,13 @@ struct LargestBase : Lossless {
     using Saturation = LargestFirst<Hold>;
 };
 using Largest = Room<LargestBase>;
-template <class Base>
-struct Lends : Base {
-    using Blending = LendsStrips<>;
-};
-template <class Base, class Rule>
-struct By : Base {
-    using Routing = Rule;
-};
 
 template <class S>
 using RendererOf = render::FrameRenderer<PoliciesOf<S>, Mesh, AnyMachine>;
 template <class P>
-inline constexpr bool lends = !blends_in_one_step<P>;
-template <class P>
 inline constexpr bool packed = stores_own_form<P>;
 
-/// A cloud, and a heap of small splats in one place, so that there is something to lend.
+/// A cloud, and a heap of small splats in one place.
 std::vector<Gaussian> heap()
 {
     auto all = support::cloud(200, 1671);
@@ -101,32 +64,17 @@ std::vector<std::uint32_t> all_ids(auto& mesh)
     for (TileId const t : mesh.grid().tiles()) {
         for (auto const& m : words.template state<Marks<P>>(t))
             if (!m.is(Mark::copy)) ids.push_back(static_cast<std::uint32_t>(m.id));
-        for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { add(words.template state<Fifo>(t)); });
-        for (Direction d : news) {
-            add(mesh.template incoming<Road<P>>(t, d));
-            if constexpr (express_distance<typename P::Routing> != 1) add(mesh.template incoming<Express<P>>(t, d));
-        }
+        add(words.template state<Waiting<P, 0>>(t));
+        add(words.template state<Waiting<P, 1>>(t));
+        for (Direction d : news) add(mesh.template incoming<Road<P>>(t, d));
     }
     std::sort(ids.begin(), ids.end());
     return ids;
 }
-/// The strips that tiles lent in the last frame. No list keeps a guest.
-template <class P>
-std::uint32_t lent_strips(auto const& mesh)
-{
-    std::uint32_t n = 0;
-    for (TileId const t : mesh.grid().tiles()) {
-        auto const& of = mesh.template state<LentStrips>(t);
-        for (std::uint32_t strip : of.strip) n += strip != 0 ? 1 : 0;
-        CHECK(of.guest == 0);
-        CHECK(mesh.template state<Splats<P>>(t).size() == mesh.template state<Storage<P>>(t).size());
-    }
-    return n;
-}
 
 /// What happened on a path.
 struct Seen {
-    std::uint64_t lost = 0, strips = 0, moved = 0, prefetched = 0;
+    std::uint64_t lost = 0, moved = 0, prefetched = 0;
     std::uint64_t whole[2] = {}; ///< visible records that are on tiles, and that are missing
     double covered[2] = {};      ///< their coverage
 
@@ -137,7 +85,7 @@ struct Seen {
     }
     void add(Seen const& other)
     {
-        lost += other.lost, strips += other.strips, moved += other.moved, prefetched += other.prefetched;
+        lost += other.lost, moved += other.moved, prefetched += other.prefetched;
         for (int i = 0; i < 2; ++i) whole[i] += other.whole[i], covered[i] += other.covered[i];
     }
 };
@@ -146,17 +94,13 @@ struct Seen {
 template <class P, bool early = false>
 Seen render_path(auto& renderer, scene::Map const& map, std::uint32_t slots, std::uint32_t records)
 {
-    constexpr std::uint32_t width = 192, height = 100; // tiles of 32 x 20 pixels: 8 blocks for 6 workers, so that lending can help
+    constexpr std::uint32_t width = 192, height = 100;
     bool const roomy = records >= map.gaussians.size();
     std::vector<std::uint32_t> ids;
     for (auto const& g : map.gaussians) ids.push_back(static_cast<std::uint32_t>(g.id));
     std::sort(ids.begin(), ids.end());
 
     renderer.prepare(width, height);
-    if constexpr (lends<P>) {
-        renderer.mesh().template limit<LentSplats<P>>(slots);
-        renderer.mesh().template limit<LentPixels<P>>(slots);
-    }
     std::uint64_t bad_supersteps = 0, supersteps = 0;
     renderer.observe([&](SuperstepEvent const&) {
         ++supersteps;
@@ -210,7 +154,6 @@ Seen render_path(auto& renderer, scene::Map const& map, std::uint32_t slots, std
         CHECK(support::differing_pixels(frame.image, shown) == 0);
         seen.lost += frame.report.lost.size();
         seen.moved += n.moved;
-        if constexpr (lends<P>) seen.strips += lent_strips<P>(std::as_const(renderer.mesh()));
     }
     CHECK(bad_supersteps == 0);
     CHECK(supersteps > 20);
@@ -264,39 +207,18 @@ void check_pair()
     CHECK(full.lost > 500);
     CHECK(roomy.lost == 0);
     CHECK(roomy.moved > 500);
-    CHECK((roomy.strips > 50) == lends<P>);
     CHECK((full.missing_cover() < ranked_cover) == may_rank<typename P::Saturation>);
 }
 } // namespace
-
-TEST_CASE("policy pairs: largest first and lent strips")
-{
-    check_pair<Lends<Largest>>();
-}
 
 TEST_CASE("policy pairs: largest first and packed records")
 {
     check_pair<WithRecord<Largest, Compact32>>();
 }
 
-TEST_CASE("policy pairs: lent strips and a torus")
+TEST_CASE("policy pairs: packed records of 16 bytes")
 {
-    check_pair<By<Lends<Room<>>, Torus>>();
-}
-
-TEST_CASE("policy pairs: lent strips and packed records")
-{
-    check_pair<WithRecord<Lends<Room<>>, Compact16>>();
-}
-
-TEST_CASE("policy pairs: a torus and packed records")
-{
-    check_pair<WithRecord<By<Room<>, Torus>, Compact16>>();
-}
-
-TEST_CASE("policy pairs: express links, packed records and lent strips")
-{
-    check_pair<WithRecord<By<Lends<Room<>>, ExpressLinks<4>>, Compact32>>();
+    check_pair<WithRecord<Room<>, Compact16>>();
 }
 
 TEST_CASE("policy pairs: largest first and prefetch")

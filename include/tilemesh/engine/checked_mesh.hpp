@@ -162,7 +162,6 @@ private:
         auto& self = *static_cast<CheckedMesh*>(mesh);
         Source source{self, tile, {0, self.sizes_.machine.workers}};
         to.tiles.push_back(engine::sample<Kernel>(source, tile));
-        engine::sample_far<Kernel>(source, tile, to.far);
     }
     template <class... Step>
     engine::Checker::Steps steps(machine::Types<Step...>)

@@ -29,7 +29,7 @@ struct LinkFacts {
     machine::Name name;
     Edge edge;
     Sides sends_to;
-    std::uint32_t distance, item_words;
+    std::uint32_t item_words;
     std::uint32_t ends;   ///< of a tile, incoming and outgoing
     std::uint32_t memory; ///< the number of the channel that its memory_of names; its own if it names none
     MixWhole mix;         ///< as in StateFacts
@@ -50,7 +50,6 @@ struct KernelFacts {
     machine::Name name;
     bool multi_worker;
     Edge edge;              ///< of the channels that it sends on; `reflect` if they differ
-    std::uint32_t distance; ///< of its channels that skip tiles; 1: it has none
     std::span<ArgumentFacts const> arguments;
     std::span<LinkUse const> links;
 };
@@ -159,7 +158,7 @@ template <class C, class Shareds, class Links>
 constexpr LinkFacts facts_of_link() noexcept
 {
     static_assert(machine::contains<MemoryOf<C>, Links>, "memory_of names a channel that this program does not use");
-    return {name_of<C>(), C::edge, C::sends_to, C::distance, C::Receiver::item_words, ends_in<C> + ends_out<C>,
+    return {name_of<C>(), C::edge, C::sends_to, C::Receiver::item_words, ends_in<C> + ends_out<C>,
             machine::index_in<MemoryOf<C>>(Links{}), mix_of<typename C::value_type>(Shareds{})};
 }
 template <std::uint32_t N>
@@ -233,7 +232,6 @@ template <class Program, class K>
 inline constexpr KernelFacts kernel_facts{name_of<K>(),
                                           KernelTraits<K>::multi_worker,
                                           detail::kernel_table_of<K, machine::Needs<Program>>.edge,
-                                          distance_of(typename KernelTraits<K>::Links{}),
                                           {detail::kernel_table_of<K, machine::Needs<Program>>.argument, KernelTraits<K>::Arguments::count},
                                           {detail::kernel_table_of<K, machine::Needs<Program>>.link, KernelTraits<K>::Links::count}};
 

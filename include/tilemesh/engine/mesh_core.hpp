@@ -73,7 +73,6 @@ protected:
         std::vector<detail::TileSet> mail; ///< by channels: tiles that got a message
         std::vector<std::uint32_t> peaks;  ///< most items by states, then by channels; a cache line before and after them is empty
         std::vector<TileSample> samples;   ///< on a Traced machine
-        std::vector<FarSample> far;        ///< on a Traced machine, if a channel skips tiles
         std::exception_ptr thrown;         ///< exception of a function of on_threads; on a Traced machine, of a sample
 
         static constexpr std::uint32_t line = 16; ///< words of a cache line
@@ -123,10 +122,9 @@ protected:
     }
     /// The number of the incoming end at which the messages that `tile` sends towards d are read. Numbers from 4 x tiles on belong to messages
     /// that nobody reads.
-    TILEMESH_KERNEL std::uint32_t slot(Edge edge, std::uint32_t distance, std::uint32_t tile, Direction d) const noexcept
+    TILEMESH_KERNEL std::uint32_t slot(Edge edge, std::uint32_t tile, Direction d) const noexcept
     {
         auto const at = 4 * std::size_t{tile} + index(d);
-        if (distance != 1) return far_[at];
         return edge == Edge::reflect ? slots_[at] : edge == Edge::wrap ? wrapping_[at] : dropping_[at];
     }
 
@@ -161,7 +159,6 @@ protected:
 
     std::vector<std::uint32_t> slots_;               ///< places at which each tile's four outgoing ends are read
     std::vector<std::uint32_t> wrapping_, dropping_; ///< these places for channels with these edges; empty without such a channel
-    std::vector<std::uint32_t> far_;                 ///< for channels that skip tiles
     std::vector<Bank> banks_;                        ///< by channels
     Rectangle rectangle_;                            ///< Superstep and Repeat run all of its tiles
     detail::TileSet active_;

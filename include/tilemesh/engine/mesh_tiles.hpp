@@ -33,8 +33,6 @@ protected:
     }
 
     static constexpr std::uint32_t links = Links::count + 1;
-    static_assert(distance_of(Links{}) != 0, "channels that skip tiles by two distances in one program (a mesh has one table of their "
-                                             "readers); give them one distance");
     /// The `source` argument of run_kernel: it finds the states, channel ends and broadcasts of a tile.
     struct Source {
         MeshTiles& mesh;
@@ -51,7 +49,7 @@ protected:
         template <class C>
         TILEMESH_KERNEL std::uint32_t slot(Direction d) const noexcept
         {
-            if constexpr (C::edge == Edge::reflect) // which has the distance 1
+            if constexpr (C::edge == Edge::reflect)
                 return slots[index(d)];
             else
                 return mesh.template slot<C>(tile, d);
@@ -90,7 +88,7 @@ protected:
     template <class C>
     TILEMESH_KERNEL std::uint32_t slot(std::uint32_t tile, Direction d) const noexcept
     {
-        return MeshCore::slot(C::edge, C::distance, tile, d);
+        return MeshCore::slot(C::edge, tile, d);
     }
 
     // --- one tile -------------------------------------------------------------------------------------------------------
@@ -120,7 +118,6 @@ protected:
     {
         try {
             source.me.samples.push_back(sample<Kernel>(source, source.tile));
-            sample_far<Kernel>(source, source.tile, source.me.far);
         } catch (...) { // out of memory, perhaps on a helper thread: the superstep rethrows it
             source.me.thrown = std::current_exception();
         }

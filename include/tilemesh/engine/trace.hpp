@@ -20,13 +20,6 @@ struct TileSample {
     friend bool operator==(TileSample const&, TileSample const&) = default;
 };
 
-/// The bytes that one tile sent over links that skip tiles in one superstep.
-struct FarSample {
-    std::uint32_t tile;
-    std::array<std::uint32_t, 4> sent_bytes;
-    friend bool operator==(FarSample const&, FarSample const&) = default;
-};
-
 /// One superstep: the tiles that ran, in order, and what the exchange moved.
 struct SuperstepSample {
     std::uint32_t step;              ///< number of the step in the program
@@ -36,8 +29,6 @@ struct SuperstepSample {
     std::vector<TileSample> tiles;
     Edge edge = Edge::reflect;       ///< of the channels that the kernel sends on; `reflect` if they differ
     std::array<std::uint32_t, 4> absent_bytes{}; ///< of capacity_bytes, those of channels without this side (news)
-    std::uint32_t distance = 1;      ///< of the kernel's channels that skip tiles; 1: it has none
-    std::vector<FarSample> far = {}; ///< of the tiles that sent on these channels, in order
 
     /// The bytes that a compile-time exchange moves from each tile towards d; from each tile in all.
     std::uint32_t capacity_towards(Direction d) const noexcept { return capacity_bytes - absent_bytes[index(d)]; }
@@ -101,53 +92,34 @@ private:
 };
 
 /// Adds the bytes that the tile of `source` sent on a channel, without what an edge drops; does nothing for other parameters of a kernel.
-template <class Sample, class X, class Source>
-void add_sent(Sample&, Source&, X*) noexcept
+template <class X, class Source>
+void add_sent(TileSample&, Source&, X*) noexcept
 {
 }
-template <class Sample, class C, class Source>
-void add_sent(Sample& s, Source& source, Out<C>*) noexcept
+template <class C, class Source>
+void add_sent(TileSample& s, Source& source, Out<C>*) noexcept
 {
     for (Direction d : news) {
         if constexpr (C::sends_to != Sides::all)
             if (!contains(C::sends_to, d)) continue;
         if constexpr (C::edge == Edge::drop)
-            if (Here const here = source.here(); !reader_of<C>(here.grid, here.tile, d).delivered) continue;
+            if (Here const here = source.here(); !here.grid.has_neighbour(here.tile, d)) continue;
         auto const* const head = source.template out<C>(d).head;
         if ((head[0] | head[1]) != 0) s.sent_bytes[index(d)] += source.template end_bytes<C>(head[0]);
     }
 }
-/// The channels on which kernel K sends and whose distance is 1, or is not.
-template <bool Far, class X>
-inline constexpr bool is_counted = true; // of no channel: it adds nothing
-template <bool Far, class C>
-inline constexpr bool is_counted<Far, Out<C>> = (C::distance != 1) == Far;
-template <bool Far, class Sample, class Source, class... A>
-void add_all_sent(Sample& s, [[maybe_unused]] Source& source, machine::Types<A...>) noexcept
+template <class Source, class... A>
+void add_all_sent(TileSample& s, [[maybe_unused]] Source& source, machine::Types<A...>) noexcept
 {
-    [[maybe_unused]] auto const add = [&](auto* argument) {
-        if constexpr (is_counted<Far, std::remove_pointer_t<decltype(argument)>>) add_sent(s, source, argument);
-    };
-    (add(static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
+    (add_sent(s, source, static_cast<std::remove_cv_t<std::remove_reference_t<A>>*>(nullptr)), ...);
 }
 /// The work of kernel K's last run on the tile of `source`. Call it before the tile's mail is forgotten.
 template <class K, class Source>
 TileSample sample(Source& source, std::uint32_t tile) noexcept
 {
     TileSample s{tile, operations_of<K>(source), {0, 0, 0, 0}};
-    add_all_sent<false>(s, source, typename KernelTraits<K>::Arguments{});
+    add_all_sent(s, source, typename KernelTraits<K>::Arguments{});
     return s;
-}
-/// Appends what kernel K sent in its last run on the tile over links that skip tiles, if it sent something. Does nothing for a kernel
-/// without such a channel.
-template <class K, class Source, class Far>
-void sample_far([[maybe_unused]] Source& source, [[maybe_unused]] std::uint32_t tile, [[maybe_unused]] Far& out)
-{
-    if constexpr (distance_of(typename KernelTraits<K>::Links{}) != 1) {
-        FarSample s{tile, {}};
-        add_all_sent<true>(s, source, typename KernelTraits<K>::Arguments{});
-        if (s.sent_bytes != std::array<std::uint32_t, 4>{}) out.push_back(s);
-    }
 }
 } // namespace engine
 

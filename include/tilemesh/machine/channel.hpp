@@ -37,17 +37,10 @@ inline constexpr std::uint32_t wire_bytes = detail::wire_bytes_of<T>;
 /// `struct Row : Channel<Block, 1, Edge::wrap, Sides::west> {};` has two ends in place of eight. A tile receives from the opposite sides.
 /// If edges reflect, it also receives from the sides to which it sends, because messages may come back there.
 ///
-/// `Distance` is that of the tiles that the channel connects. `struct Express : Channel<Parcel, 8, Edge::drop, Sides::all, 4> {};` reaches
-/// the tile four columns or rows away and skips those between. Where the grid ends before that, the channel has no reader (`Edge::drop`).
-/// Such a channel runs on Mesh and CheckedMesh, and all such channels of a program have one distance.
-///
 /// Cost: N * wire_bytes<T> + 8 bytes of SRAM for each of the eight ends, of which four receive. The compile-time exchange moves the whole
 /// capacity.
-template <class T, std::uint32_t N = dynamic_capacity, Edge Ends = Edge::reflect, Sides Where = Sides::all, std::uint32_t Distance = 1>
+template <class T, std::uint32_t N = dynamic_capacity, Edge Ends = Edge::reflect, Sides Where = Sides::all>
 struct Channel {
-    static_assert(Distance == 1 || (Distance != 0 && Ends == Edge::drop),
-                  "a channel that skips tiles and whose edges reflect or wrap (near an edge there is no tile at its distance); give it "
-                  "Edge::drop");
     static_assert(Where != Sides::none && static_cast<std::uint32_t>(Where) <= 15u,
                   "a channel to no side (Where is a set of Sides, and a tile sends to each of them); name at least one");
     static_assert(wire_bytes<T> % 4 == 0 || wire_bytes<T> == sizeof(T),
@@ -57,7 +50,6 @@ struct Channel {
     static constexpr bool is_channel = true;
     static constexpr Edge edge = Ends;
     static constexpr Sides sends_to = Where;
-    static constexpr std::uint32_t distance = Distance;
     static constexpr Sides receives_from = opposite(Where) | (Ends == Edge::reflect ? Where : Sides::none);
     /// Bytes of one end with n slots, including its head, on the modelled machine.
     TILEMESH_KERNEL static constexpr std::uint32_t end_bytes(std::uint32_t n) noexcept { return 8 + n * wire_bytes<T>; }
@@ -115,25 +107,9 @@ struct ChannelReader {
     TileId tile;
     Direction side;
 };
-constexpr ChannelReader reader_of(Edge edge, std::uint32_t distance, Grid grid, TileId t, Direction d) noexcept
+constexpr ChannelReader reader_of(Edge edge, Grid grid, TileId t, Direction d) noexcept
 {
-    if (distance == 1) return {grid.delivers(t, d, edge), grid.neighbour(t, d, edge), grid.arrival(t, d, edge)};
-    bool const delivered = grid.reaches(t, d, distance);
-    return {delivered, delivered ? grid.tile_at(t, d, distance) : t, opposite(d)};
-}
-template <class C>
-constexpr ChannelReader reader_of(Grid grid, TileId t, Direction d) noexcept
-{
-    return reader_of(C::edge, C::distance, grid, t, d);
-}
-/// The distance of the channels in a list that skip tiles; 1 if none does.
-template <class... C>
-constexpr std::uint32_t distance_of([[maybe_unused]] machine::Types<C...> links) noexcept
-{
-    std::uint32_t distance = 1;
-    bool differ = false;
-    ((C::distance == 1 ? void() : void((differ = differ || (distance != 1 && distance != C::distance), distance = C::distance))), ...);
-    return differ ? 0 : distance;
+    return {grid.delivers(t, d, edge), grid.neighbour(t, d, edge), grid.arrival(t, d, edge)};
 }
 
 namespace detail {

@@ -132,22 +132,6 @@ struct Grid {
     {
         return edge != Edge::drop || has_neighbour(t, d);
     }
-    /// Is there a tile `distance` tiles away from `t` towards `d`?
-    TILEMESH_KERNEL constexpr bool reaches(TileId t, Direction d, std::uint32_t distance) const noexcept
-    {
-        return d == Direction::north   ? t.y() >= distance
-               : d == Direction::south ? height - t.y() > distance
-               : d == Direction::west  ? t.x() >= distance
-                                       : width - t.x() > distance;
-    }
-    /// That tile; `reaches` must hold.
-    TILEMESH_KERNEL constexpr TileId tile_at(TileId t, Direction d, std::uint32_t distance) const noexcept
-    {
-        return d == Direction::north   ? TileId::at(t.x(), t.y() - distance)
-               : d == Direction::south ? TileId::at(t.x(), t.y() + distance)
-               : d == Direction::west  ? TileId::at(t.x() - distance, t.y())
-                                       : TileId::at(t.x() + distance, t.y());
-    }
 };
 
 class TileRange {

@@ -51,8 +51,6 @@ public:
     using Links = typename Band::Links;
     using Sizes = typename Band::Sizes;
     using Options = MpiMeshOptions;
-    static_assert(distance_of(Links{}) == 1, "channels that skip tiles over ranks (a rank gets the one row next to its band); run this "
-                                             "program on Mesh");
 
     /// The ranks of `options.comm`, for host work before there is a mesh. It makes its own copy of the communicator; every rank makes it, and
     /// calls its members in the same order. The members are those of the mesh.

@@ -208,8 +208,6 @@ private:
     template <class C>
     std::uint32_t link_words() const noexcept
     {
-        static_assert(C::distance == 1, "a channel that skips tiles as a Poplar graph (its edges join neighbours); run this program on "
-                                        "Mesh");
         static_assert(wire_bytes<typename C::value_type> == sizeof(typename C::value_type),
                       "a channel whose messages are handles of the host (wire_bytes is not their size): a tile has no host memory; build "
                       "the program that moves values");

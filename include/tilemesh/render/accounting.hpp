@@ -58,16 +58,12 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };
     auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].exchanges; };
     auto const milliseconds = [&](std::uint32_t step) { return step == Steps::none ? 0.0 : run.steps[step].milliseconds; };
-    auto const after = [](auto const& of, std::uint32_t first) { // the steps that blend are the last ones
-        decltype(of(first)) sum{};
-        for (std::uint32_t i = first; i < StepsOf<splat::Frame<P>>::count; ++i) sum += of(i);
-        return sum;
-    };
-    r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom), after(passes, Steps::depth_sort)};
+    r.passes = {passes(Steps::project), passes(Steps::route), passes(Steps::bloom_first) + passes(Steps::bloom),
+                passes(Steps::depth_sort) + passes(Steps::composite)};
     r.exchanges = {exchanges(Steps::project), exchanges(Steps::route), exchanges(Steps::bloom_first) + exchanges(Steps::bloom),
-                   after(exchanges, Steps::depth_sort + 1)};
+                   exchanges(Steps::composite)};
     r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route), milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
-                 after(milliseconds, Steps::depth_sort), 0, 0};
+                 milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
     r.messages = run.messages();
     for (auto const& s : run.steps) {
         r.exchanged_live_bytes += s.live_bytes;
@@ -75,9 +71,8 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
     }
     for (auto const& p : run.peaks) {
         if (p.region == splat::Storage<P>::name) r.peak_storage = p.items;
-        bool channel = p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name;
-        if constexpr (splat::express_distance<typename P::Routing> != 1) channel = channel || p.region == splat::Express<P>::name;
-        if (channel) r.peak_channel = std::max(r.peak_channel, p.items);
+        if (p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name)
+            r.peak_channel = std::max(r.peak_channel, p.items);
     }
     r.digests = run.digests;
     return r;

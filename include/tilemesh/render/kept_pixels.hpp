@@ -11,12 +11,10 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
-/// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads. A tile that lends blocks
-/// has pixels that depend on other tiles' work.
+/// May tiles keep their pixels? With parameters of the user's own, the host cannot know what compositing reads.
 template <class P>
 inline constexpr bool may_keep_pixels =
-    (std::is_same_v<typename P::Parameters, splat::TableParameters> || std::is_same_v<typename P::Parameters, splat::HostParameters>) &&
-    splat::blends_in_one_step<P>;
+    std::is_same_v<typename P::Parameters, splat::TableParameters> || std::is_same_v<typename P::Parameters, splat::HostParameters>;
 
 /// Knows which tiles show their splats already, so that the host need not composite them again.
 ///

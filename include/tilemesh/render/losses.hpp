@@ -53,15 +53,13 @@ FactLists fact_lists(Host& host)
             for (Direction d : news)
                 for (auto const& m : mesh.template incoming<splat::Road<P>>(grid.tile(t), d))
                     lists.under_way.push_back(P::Addressing::record(m).id);
-        if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
-            for (Direction d : news)
-                for (auto const& m : mesh.template incoming<splat::Express<P>>(grid.tile(t), d))
-                    lists.under_way.push_back(P::Addressing::record(m).id);
-        if constexpr (P::routes && P::Saturation::may_hold)
-            splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) {
-                for (auto const& m : std::as_const(mesh).template state<Fifo>(grid.tile(t)))
-                    lists.under_way.push_back(P::Addressing::record(m).id);
-            });
+        if constexpr (P::routes && P::Saturation::may_hold) {
+            auto const add = [&](auto const& fifo) {
+                for (auto const& m : fifo) lists.under_way.push_back(P::Addressing::record(m).id);
+            };
+            add(std::as_const(mesh).template state<splat::Waiting<P, 0>>(grid.tile(t)));
+            add(std::as_const(mesh).template state<splat::Waiting<P, 1>>(grid.tile(t)));
+        }
         if constexpr (P::blooms)
             for (Direction d : news)
                 for (auto const& m : mesh.template incoming<splat::Beam<P>>(grid.tile(t), d))

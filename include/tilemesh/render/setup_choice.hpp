@@ -152,8 +152,7 @@ namespace detail {
 template <class S>
 inline constexpr bool is_of_the_library =
     splat::is_known_colour<typename S::Pixel> && std::is_same_v<typename S::Parameters, splat::FrameParameters> &&
-    std::is_same_v<typename S::Projected, splat::Splat> && splat::fifos_of<typename S::Routing> == 2 && // the channels of the mesh
-    splat::blends_in_one_step<S> &&
+    std::is_same_v<typename S::Projected, splat::Splat> &&
     std::is_same_v<typename S::Record, splat::GaussianOfDegree<S::Record::sh_degree>> &&
     (std::is_same_v<typename S::Saturation, splat::Hold> || std::is_same_v<typename S::Saturation, splat::Drop> ||
      std::is_same_v<typename S::Saturation, splat::LargestFirst<splat::Hold>> ||

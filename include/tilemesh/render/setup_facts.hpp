@@ -100,8 +100,6 @@ MeshSizes<splat::Frame<P>> mesh_sizes_of(SetupFacts const& facts)
     auto m = engine::plain_sizes<splat::Frame<P>>(facts.machine, facts.sizes, typename machine::Needs<splat::Frame<P>>::States{},
                                                           typename machine::Needs<splat::Frame<P>>::Links{});
     if constexpr (P::routes) m.template link<splat::Road<P>>().message_bytes = facts.policies.road_bytes;
-    if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
-        m.template link<splat::Express<P>>().message_bytes = facts.policies.road_bytes;
     if constexpr (P::blooms) m.template link<splat::Beam<P>>().message_bytes = facts.policies.beam_bytes;
     m.sram_bytes = facts.sram_bytes;
     if constexpr (machine::has_form_word<typename P::Parameters>) m.wide = facts.has_planes();
@@ -116,14 +114,14 @@ void limit_lists(M& mesh, SetupFacts const& facts, RendererOptions const& option
     if (options.channel_slots != 0) {
         if constexpr (P::routes)
             if (facts.routes) mesh.template limit<splat::Road<P>>(options.channel_slots);
-        if constexpr (P::routes && splat::express_distance<typename P::Routing> != 1)
-            mesh.template limit<splat::Express<P>>(options.channel_slots);
         if constexpr (P::blooms)
             if (facts.blooms) mesh.template limit<splat::Beam<P>>(options.channel_slots);
     }
     if constexpr (P::routes && P::Saturation::may_hold)
-        if (options.waiting_slots != 0 && facts.policies.holds != 0 && facts.routes)
-            splat::for_each_fifo<P>([&]<class Fifo>(machine::Tag<Fifo>) { mesh.template limit<Fifo>(options.waiting_slots); });
+        if (options.waiting_slots != 0 && facts.policies.holds != 0 && facts.routes) {
+            mesh.template limit<splat::Waiting<P, 0>>(options.waiting_slots);
+            mesh.template limit<splat::Waiting<P, 1>>(options.waiting_slots);
+        }
     if (options.storage_slots != 0) mesh.template limit<splat::Storage<P>>(options.storage_slots);
 }
 

@@ -11,35 +11,19 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
-/// The steps that blend, after the depth sort, and the one of them that writes the pixels: those of the setup's blending if it has steps of
-/// its own, as that of lending.hpp.
-template <class S, class = void>
-struct BlendOf {
-    using Composite = splat::Composite<S>;
-    using type = Superstep<Composite>;
-    static constexpr bool is_one_step = true;
-};
-template <class S>
-struct BlendOf<S, std::void_t<typename S::Blending::template Steps<S>>> : S::Blending::template Steps<S> {
-    static constexpr bool is_one_step = false;
-};
 /// The optional steps are in the program by the setup's type, or under a condition if the parameters have words for them.
 template <class S, bool ByWords = has_parts_words<typename S::Parameters>>
 struct FrameOf {
     using type = Sequence<Superstep<Project<S>>, StepIf<S::routes, UntilQuiet<Route<S>>>, StepIf<S::blooms, Superstep<Bloom<S>>>,
-                          StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, typename BlendOf<S>::type>;
+                          StepIf<S::blooms, UntilQuiet<Bloom<S>>>, Superstep<DepthSort<S>>, Superstep<Composite<S>>>;
 };
 template <class S>
 struct FrameOf<S, true> {
     using type = Sequence<Superstep<Project<S>>, If<&S::Parameters::routes, UntilQuiet<Route<S>>>,
                           If<&S::Parameters::blooms, Superstep<Bloom<S>>, UntilQuiet<Bloom<S>>>,
-                          If<&S::Parameters::draws, Superstep<DepthSort<S>>, typename BlendOf<S>::type>>;
+                          If<&S::Parameters::draws, Superstep<DepthSort<S>>, Superstep<Composite<S>>>>;
 };
 } // namespace detail
-
-/// Is blending one step, Composite? Otherwise a tile's pixels may depend on the work of others.
-template <class S>
-inline constexpr bool blends_in_one_step = detail::BlendOf<S>::is_one_step;
 
 /// One frame: project, route, bloom, sort, composite. Gaussians and copies stay on their tiles between runs. If a setup leaves out a step,
 /// the program has neither the step nor the channels and lists that only this step uses. A host's program may have all steps under a
@@ -59,7 +43,7 @@ struct FrameSteps {
     static constexpr std::uint32_t bloom_first = step_of<Frame<S>, Bloom<S>>();
     static constexpr std::uint32_t bloom = step_of<Frame<S>, Bloom<S>, 1>();
     static constexpr std::uint32_t depth_sort = step_of<Frame<S>, DepthSort<S>>();
-    static constexpr std::uint32_t composite = step_of<Frame<S>, typename detail::BlendOf<S>::Composite>();
+    static constexpr std::uint32_t composite = step_of<Frame<S>, Composite<S>>();
 };
 
 /// Returns the frame program with at most `hops` supersteps of routing and of bloom per frame; 0 means until quiet. Records that are still

@@ -121,7 +121,7 @@ Pending begin_view(Here const& here, typename S::Parameters const& parameters, S
                     bool const goes = r.visible && !(r.anchor == here.tile);
                     if (goes && (bits & Mark::leaving) == 0) ++moved;
                     bits &= ~(Mark::leaving | Mark::leaves_any);
-                    if (goes) bits |= Mark::leaving | Mark::leaves(SideTowards<typename S::Routing>::of(here.grid, here.tile, r.anchor));
+                    if (goes) bits |= Mark::leaving | Mark::leaves(S::Routing::towards(here.tile, r.anchor));
                     pending.leaving += goes ? 1 : 0;
                 }
                 std::uint32_t const shows = r.visible ? 1u : 0u;

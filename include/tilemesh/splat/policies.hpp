@@ -21,17 +21,6 @@ struct RowFirst {
     }
 };
 
-/// The side on which a record on its way to tile `to` leaves the tile `from`, which is another one. A rule may need the grid: it then has
-/// `towards(Grid, TileId, TileId)` too (topologies.hpp).
-template <class Rule, class = void>
-struct SideTowards {
-    TILEMESH_KERNEL static constexpr Direction of(Grid, TileId from, TileId to) noexcept { return Rule::towards(from, to); }
-};
-template <class Rule>
-struct SideTowards<Rule, std::void_t<decltype(Rule::towards(Grid{}, TileId{}, TileId{}))>> {
-    TILEMESH_KERNEL static constexpr Direction of(Grid grid, TileId from, TileId to) noexcept { return Rule::towards(grid, from, to); }
-};
-
 template <class Rule>
 constexpr bool is_dimension_ordered() noexcept
 {

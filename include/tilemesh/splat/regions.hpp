@@ -186,31 +186,10 @@ using RoadMessage = typename S::Addressing::template Message<typename S::Record>
 template <class S>
 using BeamMessage = typename S::Copies::template Message<typename S::Record>;
 
-/// The edges of the channel of a routing rule: the member `edge` of a rule that has it.
-template <class Rule, class = void>
-inline constexpr Edge road_edge = Edge::reflect;
-template <class Rule>
-inline constexpr Edge road_edge<Rule, std::void_t<decltype(Rule::edge)>> = Rule::edge;
-/// The FIFOs of a routing rule on each tile: the member `fifos` of a rule that has it.
-template <class Rule, class = void>
-inline constexpr std::uint32_t fifos_of = 2;
-template <class Rule>
-inline constexpr std::uint32_t fifos_of<Rule, std::void_t<decltype(Rule::fifos)>> = Rule::fifos;
-/// The distance that the express links of a routing rule go; 1: it has none.
-template <class Rule, class = void>
-inline constexpr std::uint32_t express_distance = 1;
-template <class Rule>
-inline constexpr std::uint32_t express_distance<Rule, std::void_t<decltype(Rule::distance)>> = Rule::distance;
-
 namespace region {
 template <class P>
-struct Road : Channel<RoadMessage<P>, dynamic_capacity, road_edge<typename P::Routing>> {
+struct Road : Channel<RoadMessage<P>> {
     static constexpr char const* name = "road";
-    static constexpr auto slots = &Sizes::road;
-};
-template <class P>
-struct Express : Channel<RoadMessage<P>, dynamic_capacity, Edge::drop, Sides::all, express_distance<typename P::Routing>> {
-    static constexpr char const* name = "express";
     static constexpr auto slots = &Sizes::road;
 };
 template <class P, bool Routes = P::routes>
@@ -229,11 +208,9 @@ template <class Saturation, class = void>
 inline constexpr bool always_holds = false;
 template <class Saturation>
 inline constexpr bool always_holds<Saturation, std::enable_if_t<Saturation::holds>> = true;
-inline constexpr char const* fifo_names[] = {"waiting (side 0)", "waiting (side 1)", "waiting (lane 2)", "waiting (lane 3)",
-                                             "waiting (lane 4)", "waiting (lane 5)", "waiting (lane 6)", "waiting (lane 7)"};
 template <class P, std::uint32_t Side>
 struct Waiting : Buffer<RoadMessage<P>> {
-    static constexpr char const* name = fifo_names[Side];
+    static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
     static constexpr auto slots = &Sizes::waiting;
     static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without a slot, the tile could give no credit
 };
@@ -241,27 +218,12 @@ struct Waiting : Buffer<RoadMessage<P>> {
 /// The channel that carries records to their anchor tiles.
 template <class S>
 using Road = region::Road<PoliciesOf<S>>;
-/// A second channel of this kind, for the links of a routing rule that skip tiles. It has the slots of `Road`.
-template <class S>
-using Express = region::Express<PoliciesOf<S>>;
 /// The channel that carries copies from a record's anchor tile to all tiles that its footprint touches.
 template <class S>
 using Beam = region::Beam<PoliciesOf<S>>;
-/// Records under way that arrived on the first leg and found no room ahead. There is one FIFO for each side of that leg. A routing rule for
-/// other links may have more (`fifos_of`).
+/// Records under way that arrived on the first leg and found no room ahead. There is one FIFO for each side of that leg.
 template <class S, std::uint32_t Side>
 using Waiting = region::Waiting<PoliciesOf<S>, Side>;
-/// Calls f with a Tag of each FIFO of S, in order.
-template <class S, class F, std::uint32_t... I>
-TILEMESH_KERNEL void for_each_fifo(F const& f, std::integer_sequence<std::uint32_t, I...>)
-{
-    (f(machine::Tag<Waiting<S, I>>{}), ...);
-}
-template <class S, class F>
-TILEMESH_KERNEL void for_each_fifo(F const& f)
-{
-    for_each_fifo<S>(f, std::make_integer_sequence<std::uint32_t, fifos_of<typename S::Routing>>{});
-}
 
 // --- functions that several kernels share ----------------------------------------------------------------------------------
 

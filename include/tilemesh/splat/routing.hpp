@@ -122,7 +122,7 @@ struct RouteStep {
         if (!settle(g)) return false;
         auto const i = storage.size() > before ? before : lookup.slot_of(here, frame, marks, splats.begin(), g);
         TileId const anchor = Access::splat_of(frame, splats[i]).anchor;
-        marks[i].bits |= Mark::leaving | Mark::leaves(SideTowards<Rule>::of(here.grid, here.tile, anchor));
+        marks[i].bits |= Mark::leaving | Mark::leaves(Rule::towards(here.tile, anchor));
         ++flow.leaving;
         return true;
     }
@@ -433,19 +433,8 @@ struct Route : detail::RouteOperations<P> {
     }
 };
 } // namespace kernel
-namespace detail {
-template <class P, class = void>
-struct RouteOf {
-    using type = kernel::Route<P>;
-};
-template <class P>
-struct RouteOf<P, std::void_t<typename P::Routing::template Kernel<P>>> {
-    using type = typename P::Routing::template Kernel<P>;
-};
-} // namespace detail
-/// Moves every record by one tile towards its anchor tile. With the saturation policy `Drop`, the kernel has no FIFOs. A routing rule for
-/// other links names its own kernel (topologies.hpp).
+/// Moves every record by one tile towards its anchor tile. With the saturation policy `Drop`, the kernel has no FIFOs.
 template <class S>
-using Route = typename detail::RouteOf<PoliciesOf<S>>::type;
+using Route = kernel::Route<PoliciesOf<S>>;
 
 }}} // namespace tilemesh::splat

@@ -232,7 +232,7 @@ struct Checker::Step {
             if (a.kind != Kind::out) continue;
             for (Direction d : news) {
                 auto const n = checker.out[a.number].at(4 * tile + index(d)).head[0];
-                if (reader_of(store.links[a.number].edge, store.links[a.number].distance, store.grid, store.grid.tile(tile), d).delivered) {
+                if (reader_of(store.links[a.number].edge, store.grid, store.grid.tile(tile), d).delivered) {
                     passed.messages += n;
                     passed.live_bytes += std::uint64_t{n} * store.link_sizes[a.number].message_bytes;
                 }
@@ -252,7 +252,7 @@ struct Checker::Step {
         for (std::uint32_t s = 0; s < slots; ++s) {
             auto const from = checker.out[use.link].at(s);
             if ((from.head[0] | from.head[1]) == 0) continue;
-            auto const reader = reader_of(link.edge, link.distance, store.grid, store.grid.tile(s / 4), news[s % 4]);
+            auto const reader = reader_of(link.edge, store.grid, store.grid.tile(s / 4), news[s % 4]);
             if (reader.delivered) {
                 sent = true;
                 auto const to = checker.in[use.link].at(4 * store.grid.index_of(reader.tile) + index(reader.side));
@@ -302,8 +302,7 @@ TILEMESH_HOST Passed Checker::superstep(StoreView const& store, RunState& run, S
     }
     SuperstepSample* sample = nullptr;
     if (run.trace) {
-        run.trace->supersteps.push_back({run.step(), votes, store.capacity_a_side(facts), false, {}, facts.edge, store.absent_a_side(facts),
-                                         facts.distance, {}});
+        run.trace->supersteps.push_back({run.step(), votes, store.capacity_a_side(facts), false, {}, facts.edge, store.absent_a_side(facts)});
         sample = &run.trace->supersteps.back();
     }
     Passed passed;

@@ -63,18 +63,13 @@ TILEMESH_HOST void MeshCore::make_slots(StoreView const& store)
         auto const& c = store.links[l];
         if (c.edge == Edge::drop) make(dropping_, Edge::drop);
         if (c.edge == Edge::wrap) make(wrapping_, Edge::wrap);
-        if (c.distance == 1 || !far_.empty()) continue;
-        auto bin = 4 * grid.size();
-        for (TileId const t : grid.tiles())
-            for (Direction d : news)
-                far_.push_back(grid.reaches(t, d, c.distance) ? 4 * grid.index_of(grid.tile_at(t, d, c.distance)) + index(opposite(d)) : bin++);
     }
 }
 TILEMESH_HOST void MeshCore::make_bank(StoreView const& store, std::uint32_t link)
 {
     auto& b = banks_[link];
     auto const& c = store.links[link];
-    auto const bins = c.edge == Edge::drop ? 2 * (std::size_t{store.grid.width} + store.grid.height) * c.distance : 0;
+    auto const bins = c.edge == Edge::drop ? 2 * (std::size_t{store.grid.width} + store.grid.height) : 0;
     auto const n = std::size_t{store.grid.size()} * 4;
     auto const capacity = store.link_capacities[link];
     auto const most = store.gets_slots_by_limit(link) ? capacity : store.link_sizes[link].slots;
@@ -119,7 +114,7 @@ TILEMESH_HOST void MeshCore::rethrow()
 TILEMESH_HOST machine::Place MeshCore::sent(StoreView const& store, std::uint32_t link, std::uint32_t tile, Direction d) const noexcept
 {
     auto const now = ends(link);
-    auto* const head = now.out_head(slot(store.links[link].edge, store.links[link].distance, tile, d));
+    auto* const head = now.out_head(slot(store.links[link].edge, tile, d));
     std::uint32_t* items;
     std::memcpy(&items, head + 2, sizeof items);
     return {head, items, now.capacity};
@@ -128,7 +123,7 @@ TILEMESH_HOST void MeshCore::deliver(StoreView const& store, std::uint32_t link,
                                      std::uint32_t const* items) noexcept
 {
     auto const now = ends(link);
-    auto const read_at = slot(store.links[link].edge, store.links[link].distance, from, d);
+    auto const read_at = slot(store.links[link].edge, from, d);
     auto* const place = now.out_items + (std::size_t{index(d)} * store.grid.size() + from) * now.stride;
     auto* const to = now.out_head(read_at);
     std::memcpy(place, items, std::size_t{head[0]} * store.links[link].item_words * 4);
@@ -188,7 +183,7 @@ TILEMESH_HOST MeshCore::Failure MeshCore::collect(StoreView const& store, RunSta
     }
     if (run.trace) [[unlikely]]
         append_sample(run, {run.step(), step.votes, store.capacity_a_side(*step.kernel), passed.sent, {}, step.kernel->edge,
-                            store.absent_a_side(*step.kernel), step.kernel->distance, {}});
+                            store.absent_a_side(*step.kernel)});
     return failure;
 }
 /// Appends a superstep with the samples of all threads to the trace.
@@ -198,10 +193,7 @@ TILEMESH_HOST void MeshCore::append_sample(RunState& run, SuperstepSample&& s)
     for (auto& w : workers_) {
         s.tiles.insert(s.tiles.end(), w.samples.begin(), w.samples.end());
         w.samples.clear();
-        s.far.insert(s.far.end(), w.far.begin(), w.far.end());
-        w.far.clear();
     }
-    std::sort(s.far.begin(), s.far.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
     std::sort(s.tiles.begin(), s.tiles.end(), [](auto const& a, auto const& b) { return a.tile < b.tile; });
     run.trace->supersteps.push_back(std::move(s));
 }

@@ -26,8 +26,7 @@ TILEMESH_HOST std::uint64_t sides_of(Grid grid, LinkFacts const& link) noexcept
     for (Direction d : news)
         if (contains(link.sends_to, d)) {
             bool const column = d == Direction::north || d == Direction::south;
-            auto const at_edge = std::uint64_t{column ? grid.width : grid.height} * std::min(link.distance, column ? grid.height : grid.width);
-            sides += grid.size() - (link.edge == Edge::drop ? at_edge : 0);
+            sides += grid.size() - (link.edge == Edge::drop ? (column ? grid.width : grid.height) : 0);
         }
     return sides;
 }

@@ -17,7 +17,7 @@ namespace tilemesh { inline namespace v0_2 {
 
 TILEMESH_HOST AnyToAny any_to_any(CostModel const& model, Trace const& trace, Grid grid)
 {
-    model_detail::check_samples(trace, grid);
+    model_detail::check_trace(trace, grid);
     AnyToAny out;
     auto const costs = step_costs(trace, model_cost(model, trace, grid));
     for (std::uint32_t i = 0; i < costs.size(); ++i) {
@@ -43,7 +43,6 @@ TILEMESH_HOST AnyToAny any_to_any(CostModel const& model, Trace const& trace, Gr
         for (auto const& s : trace.supersteps) {
             if (s.step < step.first || s.step > step.last) continue;
             step.replaced = step.replaced || s.sent;
-            for (auto const& f : s.far) step.sent_bytes += model_detail::all_sent(f);
             for (auto const& t : s.tiles) {
                 step.sent_bytes += model_detail::all_sent(t);
                 step.settled_bytes += t.operations.settled_bytes;

@@ -120,9 +120,6 @@ TILEMESH_HOST RunCost model_cost(CostModel const& m, Trace const& trace, Grid gr
         }
         std::uint64_t bytes = 0; // that the busiest tile receives
         std::uint32_t busiest = 0;
-        if (!s.far.empty() && (m.network || m.chips != Chips{}))
-            throw Error("cost model \"" + m.name + "\" on a trace with links that skip tiles (it has no price for their wires on a network, "
-                        "or over a border of chips); leave out the network and the chips");
         bool const exchanges = m.exchange_cost == ExchangeCost::capacity ? s.capacity_bytes != 0 : s.sent;
         if (exchanges && m.network) {
             auto const time = network.of(s);
@@ -136,10 +133,6 @@ TILEMESH_HOST RunCost model_cost(CostModel const& m, Trace const& trace, Grid gr
                 std::fill(received.begin(), received.end(), 0);
                 for (auto const& t : s.tiles)
                     for (Direction d : news) received[grid.index_of(grid.neighbour(grid.tile(t.tile), d, s.edge))] += t.sent_bytes[index(d)];
-                for (auto const& f : s.far)
-                    for (Direction d : news)
-                        if (auto const n = f.sent_bytes[index(d)]; n != 0)
-                            received[grid.index_of(grid.tile_at(grid.tile(f.tile), d, s.distance))] += n;
                 auto const most = std::max_element(received.begin(), received.end());
                 bytes = *most;
                 busiest = static_cast<std::uint32_t>(most - received.begin());

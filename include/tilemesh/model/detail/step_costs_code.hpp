@@ -69,7 +69,6 @@ TILEMESH_HOST std::vector<StepCost> step_costs(Trace const& trace)
         s.exchanges += superstep.sent ? 1 : 0;
         s.tile_runs += superstep.tiles.size();
         for (auto const& tile : superstep.tiles) s.sent_bytes += model_detail::all_sent(tile);
-        for (auto const& far : superstep.far) s.sent_bytes += model_detail::all_sent(far);
     }
     return steps;
 }

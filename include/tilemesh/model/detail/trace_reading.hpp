@@ -18,10 +18,7 @@ namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 TILEMESH_HOST std::vector<std::string> const& operations_of_step(Trace const& trace, std::size_t step) noexcept;
 
 /// Throws `Error` if the trace names a step or a tile that does not exist, or more operations of a kernel than a kernel can count.
-/// It also throws for a trace with links that skip tiles.
 TILEMESH_HOST void check_trace(Trace const& trace, Grid grid);
-/// The same, but it takes a trace with such links.
-TILEMESH_HOST void check_samples(Trace const& trace, Grid grid);
 
 /// The operations of all steps, each name once, in the order in which the steps name them, and the columns of each step's operations.
 struct OperationColumns {
@@ -31,7 +28,6 @@ struct OperationColumns {
 };
 
 TILEMESH_HOST std::uint64_t all_sent(TileSample const& t) noexcept;
-TILEMESH_HOST std::uint64_t all_sent(FarSample const& s) noexcept;
 
 }}} // namespace tilemesh::model_detail
 

@@ -21,15 +21,6 @@ TILEMESH_HOST std::vector<std::string> const& operations_of_step(Trace const& tr
 
 TILEMESH_HOST void check_trace(Trace const& trace, Grid grid)
 {
-    check_samples(trace, grid);
-    for (auto const& s : trace.supersteps)
-        if (!s.far.empty())
-            throw Error("a trace with links that skip tiles (its bytes are asked for by sides and neighbours); use model_cost or "
-                        "any_to_any");
-}
-
-TILEMESH_HOST void check_samples(Trace const& trace, Grid grid)
-{
     auto const fail = [](std::size_t superstep, std::string const& why) {
         throw Error("cannot read the trace (superstep " + std::to_string(superstep) + " ran " + why +
                     "); give the trace and the grid of one run");
@@ -42,11 +33,6 @@ TILEMESH_HOST void check_samples(Trace const& trace, Grid grid)
         auto const& s = trace.supersteps[i];
         if (s.step >= trace.kernels.size())
             fail(i, "step " + std::to_string(s.step) + " of a program of " + std::to_string(trace.kernels.size()));
-        for (auto const& f : s.far)
-            for (Direction d : news)
-                if (f.tile >= grid.size() || (f.sent_bytes[index(d)] != 0 && !grid.reaches(grid.tile(f.tile), d, s.distance)))
-                    fail(i, "links of " + std::to_string(s.distance) + " tiles that leave a grid of " + std::to_string(grid.width) + " x " +
-                                std::to_string(grid.height));
         for (auto const& t : s.tiles)
             if (t.tile >= grid.size())
                 fail(i, "tile " + std::to_string(t.tile) + " of a grid of " + std::to_string(grid.width) + " x " +
@@ -71,12 +57,6 @@ TILEMESH_HOST std::uint64_t all_sent(TileSample const& t) noexcept
 {
     std::uint64_t bytes = 0;
     for (Direction d : news) bytes += t.sent_bytes[index(d)];
-    return bytes;
-}
-TILEMESH_HOST std::uint64_t all_sent(FarSample const& s) noexcept
-{
-    std::uint64_t bytes = 0;
-    for (auto const n : s.sent_bytes) bytes += n;
     return bytes;
 }
 
