@@ -3,7 +3,7 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;

@@ -9,7 +9,7 @@
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;

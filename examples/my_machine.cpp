@@ -6,8 +6,8 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
 
 namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;

@@ -11,7 +11,7 @@
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/fitted.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <vector>
 
 namespace report = tilemesh::report;
@@ -31,9 +31,9 @@ try {
     auto const renderer = tilemesh::fit_renderer<Fitted<Lossless, 0, false>, Fitted<Lossless, 3, false>>(map, demand);
     auto const frame = renderer->render(path[0]);
 
-    std::cout << "degree " << demand.sh_degree << ": records of " << renderer->record_bytes() << " bytes, "
-              << renderer->storage_slots() << " slots a tile, " << demand.culled << " records not loaded, "
-              << (renderer->routes() ? "with" : "without") << " routing\n";
+    std::cout << "degree " << demand.sh_degree << ": records of " << tilemesh::render::record_bytes(renderer->setup()) << " bytes, "
+              << renderer->setup().sizes.storage << " slots a tile, " << demand.culled << " records not loaded, "
+              << (renderer->setup().routes ? "with" : "without") << " routing\n";
     if (!frame.report.lost.empty()) std::cout << frame.report.lost.size() << " records and copies found no room\n";
     report::write_ppm("view_dependent.ppm", frame.image);
 } catch (tilemesh::Error const& error) {

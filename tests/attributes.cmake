@@ -6,6 +6,7 @@
 #   without BUILD...       not built in these builds: another file runs the same code there, or it has no threads to watch.
 #                          `without test` keeps the test command of README.md short; the same promise has another test there,
 #                          and the build ci has this file
+#   alone                  is a unit of the compiler of its own, not a part of one (batches.cmake)
 #   needs data             asks for real maps, and says "skipped" or takes another map where there are none: label `data`
 #   cost N                 runs for about N seconds; ctest begins with what takes longest
 #
@@ -18,7 +19,7 @@ if(NOT TILEMESH_TEST_BUILD MATCHES "^(test|ci|asan|tsan)?$")
 endif()
 string(REGEX REPLACE "^ci$" "test" tilemesh_optimised_as "${TILEMESH_TEST_BUILD}")
 
-# Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_without_test, PREFIX_needs_data and PREFIX_cost from the text of a test file.
+# Sets PREFIX_options (compile options), PREFIX_left_out, PREFIX_without_test, PREFIX_alone, PREFIX_needs_data and PREFIX_cost from the text of a test file.
 function(tilemesh_test_attributes source text prefix)
     set(options "")
     if(tilemesh_optimised_as MATCHES "^(test|tsan)$")
@@ -26,6 +27,7 @@ function(tilemesh_test_attributes source text prefix)
     endif()
     set(left_out FALSE)
     set(without_test FALSE)
+    set(alone FALSE)
     set(needs_data FALSE)
     set(cost "")
     cmake_path(RELATIVE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_FUNCTION_LIST_DIR}" OUTPUT_VARIABLE file)
@@ -46,6 +48,8 @@ function(tilemesh_test_attributes source text prefix)
                 elseif(verb STREQUAL "unoptimised" AND NOT tilemesh_optimised_as STREQUAL "" AND tilemesh_optimised_as IN_LIST builds)
                     list(REMOVE_ITEM options -O1)
                 endif()
+            elseif(attribute STREQUAL "alone")
+                set(alone TRUE)
             elseif(attribute STREQUAL "needs data")
                 set(needs_data TRUE)
             elseif(attribute MATCHES "^cost ([1-9][0-9]*)$")
@@ -61,6 +65,7 @@ function(tilemesh_test_attributes source text prefix)
     set(${prefix}_options "${options}" PARENT_SCOPE)
     set(${prefix}_left_out "${left_out}" PARENT_SCOPE)
     set(${prefix}_without_test "${without_test}" PARENT_SCOPE)
+    set(${prefix}_alone "${alone}" PARENT_SCOPE)
     set(${prefix}_needs_data "${needs_data}" PARENT_SCOPE)
     set(${prefix}_cost "${cost}" PARENT_SCOPE)
 endfunction()

@@ -256,7 +256,7 @@ void write_readme(std::filesystem::path const& folder, std::vector<Row> const& r
     text += "```sh\n"
             "build/test/bench/any_map --data DIR --csv any_map.csv --write bench/any_map\n"
             "build/test/bench/any_map --quick                       # no data, seconds\n"
-            "build/test/bench/any_map --data DIR --picture bench/any_map.png   # the picture of the first page\n"
+            "build/test/bench/any_map --data DIR --picture bench/any_map/any_map.png   # the picture of the first page\n"
             "```\n";
     text += wrapped("All times in this file are modelled with `mk2()` ([traces and models](../../include/tilemesh/model/README.md)); no machine has "
                     "confirmed them. Counts are exact. The CSV also has host times, which belong to the host. Each picture from which nothing is missing "

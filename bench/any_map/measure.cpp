@@ -10,7 +10,7 @@
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace any_map {
 
@@ -134,7 +134,7 @@ private:
     {
         auto& picture = pictures_[view];
         if (!picture) {
-            splat::Rules rules = tilemesh::render::choice_of<splat::Lossless>().rules;
+            splat::Rules rules = tilemesh::splat::setup_of<splat::Lossless>().rules;
             rules.arithmetic = splat::Arithmetic::precise;
             if (options_.spoil) rules.alpha_max = bench::spoilt_alpha_max;
             picture = tilemesh::report::render_naive(scene_.map.gaussians, views_[view].cameras.back(), rules);
@@ -166,7 +166,7 @@ private:
     void on_anchors(std::size_t view, Program program)
     {
         auto& row = add(view, program);
-        auto setup = program == Program::paper ? tilemesh::render::choice_of<splat::Paper>() : tilemesh::render::choice_of<splat::Lossless>();
+        auto setup = program == Program::paper ? tilemesh::splat::setup_of<splat::Paper>() : tilemesh::splat::setup_of<splat::Lossless>();
         setup.rules.arithmetic = splat::Arithmetic::precise;
         auto const machine = bench::make_traced_machine(
             scene_.map, setup, {.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false});

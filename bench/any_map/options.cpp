@@ -30,7 +30,7 @@ std::string help()
                "\n"
                "  --csv FILE       write a row per map, view and program\n"
                "  --write DIR      write README.md and its plot into this folder\n"
-               "  --picture FILE   write the picture of the first page (bench/any_map.png), and measure nothing; needs playbot_250k\n") +
+               "  --picture FILE   write the picture of the first page (bench/any_map/any_map.png), and measure nothing; needs playbot_250k\n") +
            bench::help_of_data +
            "  --map NAME       sloth, salad, playbot_250k, built_in, built_in_1m or built_in_5m (the built-in map, densified to one\n"
            "                   or five million Gaussians); may be repeated. Default: all\n"

@@ -9,7 +9,7 @@
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace any_map {
 
@@ -34,7 +34,7 @@ void write_picture(Options const& options)
         throw tilemesh::Error("--picture needs map " + name + " (it is not there); name its folder with --data");
     auto const scene = bench::load_scene(name, options.data, {640, 360});
     auto const cameras = tilemesh::scene::orbit(scene.camera, tilemesh::scene::robust_centre(scene.map), 45, 2);
-    auto const setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
+    auto const setup = tilemesh::splat::setup_of<tilemesh::splat::Lossless>();
     auto const anchored = bench::make_traced_machine(scene.map, setup, {.threads = options.threads, .grid = {40, 36}});
     auto const homes = bench::make_homes_machine(scene.map, {.rules = setup.rules, .threads = options.threads});
     for (auto const& camera : cameras) {

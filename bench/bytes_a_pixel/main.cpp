@@ -16,7 +16,7 @@
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
 namespace {
@@ -93,7 +93,7 @@ scene::Map packed(scene::Map map, std::uint32_t bytes)
     return map;
 }
 /// A tile's bytes that are not code.
-std::uint64_t data_bytes(render::SetupChoice const& setup, std::uint32_t record_bytes)
+std::uint64_t data_bytes(render::Setup const& setup, std::uint32_t record_bytes)
 {
     auto const& s = setup.sizes;
     auto const all = render::sram_bytes_of(setup) - setup.machine.code_bytes;
@@ -101,7 +101,7 @@ std::uint64_t data_bytes(render::SetupChoice const& setup, std::uint32_t record_
 }
 Row measure(bench::Scene const& scene, Image const& exact, std::uint32_t budget, std::uint32_t record_bytes)
 {
-    auto setup = render::choice_of<splat::Lossless>();
+    auto setup = splat::setup_of<splat::Lossless>();
     setup.rules.arithmetic = splat::Arithmetic::precise;
     setup.ranks = true;
     setup.machine.sram_bytes = 1u << 30;
@@ -181,7 +181,7 @@ int run(Options const& options)
     for (std::string const name : {"sloth", "salad", "built_in"}) {
         if ((options.quick && name != "built_in") || !bench::has_scene(name, options.data)) continue;
         auto const scene = bench::load_scene(name, options.data, {side, side});
-        auto rules = render::choice_of<splat::Lossless>().rules;
+        auto rules = splat::setup_of<splat::Lossless>().rules;
         rules.arithmetic = splat::Arithmetic::precise;
         if (options.spoil) rules.alpha_max = bench::spoilt_alpha_max;
         auto const exact = tilemesh::report::render_naive(scene.map.gaussians, scene.camera, rules);

@@ -74,7 +74,7 @@ Latency follow(Scene const& scene, std::string const& motion, std::uint32_t hops
                                   " frames); report this");
         machine->render(camera);
         auto const& report = machine->report();
-        result.refused += report.refused.channel_full + report.refused.no_credit + report.refused.storage_full + report.refused.copies_full;
+        result.refused += report.refused.by_channels() + report.refused.by_storage();
         for (auto const& stored : machine->stored()) {
             if (stored.home) {
                 auto const at = journeys.find(stored.id);

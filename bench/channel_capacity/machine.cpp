@@ -7,9 +7,9 @@ namespace channel_capacity {
 namespace {
 
 template <class S>
-tilemesh::render::SetupChoice with_room()
+tilemesh::render::Setup with_room()
 {
-    auto setup = tilemesh::render::choice_of<S>();
+    auto setup = tilemesh::splat::setup_of<S>();
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes = Budget<S>::split(most_slots, Budget<S>::storage_slots(1));
     return setup;

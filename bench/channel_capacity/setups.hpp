@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/splat/frame_program.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace channel_capacity {
 

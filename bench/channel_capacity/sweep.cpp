@@ -215,8 +215,8 @@ private:
             row.rounds += r.homes.rounds;
             row.hops += r.hops;
             row.messages += r.messages;
-            row.held += r.refused.channel_full + r.refused.no_credit;
-            row.refused_channel += r.refused.channel_full + r.refused.no_credit;
+            row.held += r.refused.by_channels();
+            row.refused_channel += r.refused.by_channels();
             row.refused_storage += r.homes.refused;
             row.peak_channel = std::max(row.peak_channel, r.peak_channel);
             row.peak_storage = std::max(row.peak_storage, r.peak_storage);
@@ -287,7 +287,7 @@ private:
             row.unplaced = std::max(row.unplaced, r.gaussians.unplaced);
             row.lost_copies += r.lost_copies;
             row.late += r.late_copies + r.gaussians.under_way;
-            row.refused_channel += r.refused.channel_full + r.refused.no_credit + r.refused.copies_refused;
+            row.refused_channel += r.refused.by_channels() + r.refused.copies_refused;
             row.refused_storage += r.refused.storage_full + r.refused.copies_full;
             row.peak_channel = std::max(row.peak_channel, r.peak_channel);
             row.peak_storage = std::max(row.peak_storage, r.peak_storage);

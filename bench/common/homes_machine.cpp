@@ -11,7 +11,7 @@ namespace bench {
 namespace {
 
 namespace homes = tilemesh::splat::homes;
-using tilemesh::render::HomesChoice;
+using tilemesh::render::Setup;
 using Policies = homes::HostPolicies<>;
 using Renderer = tilemesh::render::HomesRenderer<Policies, tilemesh::Mesh, tilemesh::Traced<tilemesh::AnyMachine>>;
 
@@ -96,25 +96,25 @@ private:
     std::vector<Entry> entries_;
 };
 
-HomesChoice choice_of(HomesSetting const& setting)
+Setup choice_of(HomesSetting const& setting)
 {
-    HomesChoice choice;
+    auto choice = tilemesh::splat::homes_setup;
     choice.machine.sram_bytes = 1u << 30; // rows say what fits
     choice.rules = setting.rules;
     if (setting.homes != 0) choice.sizes.homes = setting.homes;
-    if (setting.held != 0) choice.sizes.held = setting.held;
-    if (setting.slots != 0) choice.sizes.parcels = choice.sizes.waiting = setting.slots;
+    if (setting.held != 0) choice.sizes.storage = setting.held;
+    if (setting.slots != 0) choice.sizes.road = choice.sizes.waiting = setting.slots;
     return choice;
 }
 
 class OverRenderer final : public HomesMachine {
 public:
-    OverRenderer(tilemesh::scene::Map const& map, HomesSetting const& setting, HomesChoice const& choice)
+    OverRenderer(tilemesh::scene::Map const& map, HomesSetting const& setting, Setup const& choice)
         : setting_(setting), renderer_(map, choice, options_of(setting))
     {
         setting_.homes = choice.sizes.homes;
-        setting_.held = choice.sizes.held;
-        setting_.slots = choice.sizes.parcels;
+        setting_.held = choice.sizes.storage;
+        setting_.slots = choice.sizes.road;
         if (setting.one_cut) renderer_.observe([this](tilemesh::SuperstepEvent const& event) { one_cut_(renderer_, event); });
     }
     void render(tilemesh::splat::Camera const& camera) override { renderer_.render_into(camera, frame_); }
@@ -122,7 +122,7 @@ public:
     tilemesh::report::FrameReport const& report() const override { return frame_.report; }
     tilemesh::Trace const& trace() const override { return renderer_.trace(); }
     HomesSetting const& setting() const override { return setting_; }
-    std::uint64_t sram_bytes() const override { return renderer_.facts().sram_bytes; }
+    std::uint64_t sram_bytes() const override { return tilemesh::render::sram_bytes_of(renderer_.setup()); }
 
 private:
     static tilemesh::RendererOptions options_of(HomesSetting const& setting)
@@ -149,17 +149,17 @@ std::unique_ptr<HomesMachine> make_homes_machine(tilemesh::scene::Map const& map
 
 std::uint32_t most_held(std::uint64_t records, std::uint32_t slots, tilemesh::Grid grid, std::uint32_t width, std::uint32_t height)
 {
-    HomesChoice choice;
+    auto choice = tilemesh::splat::homes_setup;
     choice.fit = true; // as many homes as there are records
-    choice.sizes.held = 1;
-    choice.sizes.parcels = choice.sizes.waiting = slots;
+    choice.sizes.storage = 1;
+    choice.sizes.road = choice.sizes.waiting = slots;
     choice.machine.sram_bytes = 1u << 30;
     tilemesh::RendererOptions options;
     options.grid = {grid.width, grid.height};
     auto const layout = tilemesh::render::layout_homes(choice, options, {width, height}, records);
-    auto sizes = layout.sizes;
-    sizes.held = 2;
-    auto const one = layout.ledger.bytes, each = tilemesh::render::HomesLedger(choice, sizes).bytes - one;
+    auto two = layout.setup;
+    two.sizes.storage = 2;
+    auto const one = tilemesh::render::sram_bytes_of(layout.setup), each = tilemesh::render::sram_bytes_of(two) - one;
     auto const most = std::uint64_t{tilemesh::Mk2::sram_bytes} + each; // a tile of K splats has one + (K - 1) * each bytes
     return most < one + each ? 0 : static_cast<std::uint32_t>((most - one) / each);
 }

@@ -4,7 +4,7 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -29,7 +29,7 @@ public:
     virtual tilemesh::report::FrameReport const& report() const = 0;
 };
 /// Throws Error if the setup does not fit into its machine, or if the options do not fit the setup.
-std::unique_ptr<Machine> make_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
+std::unique_ptr<Machine> make_machine(tilemesh::scene::Map const&, tilemesh::render::Setup const&,
                                       tilemesh::RendererOptions const&);
 
 /// A record on a tile.
@@ -55,9 +55,7 @@ public:
     virtual tilemesh::Trace const& trace() const = 0;
     virtual tilemesh::Grid grid() = 0;
 };
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::SetupChoice const&,
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::Setup const&,
                                                    tilemesh::RendererOptions const&);
-/// The same with facts that no choice has, as messages of other bytes.
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const&, tilemesh::render::SetupFacts, tilemesh::RendererOptions const&);
 
 } // namespace bench

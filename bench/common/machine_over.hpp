@@ -1,7 +1,6 @@
 #pragma once
 #include "machine.hpp"
 #include <tilemesh/render/frame_renderer.hpp>
-#include <utility>
 
 namespace bench {
 
@@ -9,14 +8,9 @@ namespace bench {
 template <class Base, class Renderer>
 class MachineOver : public Base {
 public:
-    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
+    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup,
                 tilemesh::RendererOptions const& options, typename Renderer::EngineOptions engine = {})
-        : MachineOver(map, tilemesh::render::facts_of(setup), options, engine)
-    {
-    }
-    MachineOver(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
-                typename Renderer::EngineOptions engine = {})
-        : renderer_(map, std::move(facts), options, engine)
+        : renderer_(map, setup, options, engine)
     {
     }
     void wake(tilemesh::splat::Camera const& camera) override

@@ -3,7 +3,7 @@
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/projection.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 /// Setups whose tiles store and send records of 32 and of 16 bytes. A tile unpacks a record to floats each time that it projects it. It
 /// never packs one: what it sends is what it stores. The host packs, when it loads a record.
@@ -48,15 +48,11 @@ template <class Base, class Packed>
 struct WithRecord : Base {
     using Record = Packed;
     using Parameters = PackedParameters<Packed>;
-
-private:
-    struct Slot : Base {
-        using Record = Packed;
-        using Parameters = PackedParameters<Packed>;
-    };
-
-public:
-    static constexpr Sizes sizes = refitted(Base::sizes, frame_words<Base>(), frame_words<Slot>());
+    static constexpr Sizes sizes = [] {
+        auto now = setup_of<Base>();
+        now.own_record_bytes = sizeof(Packed);
+        return refitted(now, setup_of<Base>()).sizes;
+    }();
 };
 
 }}} // namespace tilemesh::splat

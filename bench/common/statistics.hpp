@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -75,13 +76,14 @@ inline double even(std::uint32_t record, std::uint32_t which) noexcept
     return static_cast<double>((h ^ (h >> 31)) >> 11) * 0x1p-53;
 }
 
-/// A number with `places` digits after the point, "inf", "-inf" or "NaN", independent of the locale.
-inline std::string fixed(double value, int places)
+/// A number with `places` digits after the point.
+inline constexpr auto& fixed = tilemesh::decimals;
+/// A number as 1.2346e-03 with `places` digits after the point, "inf" or "NaN", independent of the locale.
+inline std::string scientific(double value, int places)
 {
-    if (std::isnan(value)) return "NaN";
-    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-    std::array<char, 400> text{}; // a double has at most 309 digits before the point
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, places);
+    if (!std::isfinite(value)) return fixed(value, 0);
+    std::array<char, 64> text{};
+    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, places);
     return {text.data(), end.ptr};
 }
 

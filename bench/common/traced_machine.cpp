@@ -15,7 +15,7 @@ class MachineWithTrace final : public MachineOver<TracedMachine, Renderer> {
     using P = Renderer::Policies;
 
 public:
-    MachineWithTrace(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options)
+    MachineWithTrace(tilemesh::scene::Map const& map, tilemesh::render::Setup facts, tilemesh::RendererOptions const& options)
         : MachineOver(map, std::move(facts), options, traced())
     {
     }
@@ -51,12 +51,12 @@ private:
     }
     void set_limits()
     {
-        auto const& sizes = renderer_.facts().sizes;
+        auto const& sizes = renderer_.setup().sizes;
         auto& mesh = renderer_.mesh();
         auto const at_most = [&](std::uint32_t most) { return *slots_ == 0 ? most : *slots_; };
         mesh.limit<splat::Road<P>>(at_most(sizes.road));
         mesh.limit<splat::Beam<P>>(at_most(sizes.beam));
-        if (renderer_.facts().policies.holds != 0) {
+        if (renderer_.setup().holds) {
             mesh.limit<splat::Waiting<P, 0>>(at_most(sizes.waiting));
             mesh.limit<splat::Waiting<P, 1>>(at_most(sizes.waiting));
         }
@@ -68,15 +68,10 @@ private:
 
 } // namespace
 
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::SetupChoice const& setup,
+std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup,
                                                    tilemesh::RendererOptions const& options)
 {
-    return make_traced_machine(map, tilemesh::render::facts_of(setup), options);
-}
-std::unique_ptr<TracedMachine> make_traced_machine(tilemesh::scene::Map const& map, tilemesh::render::SetupFacts facts,
-                                                   tilemesh::RendererOptions const& options)
-{
-    return std::make_unique<MachineWithTrace>(map, std::move(facts), options);
+    return std::make_unique<MachineWithTrace>(map, setup, options);
 }
 
 } // namespace bench

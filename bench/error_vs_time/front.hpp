@@ -2,7 +2,6 @@
 #include "rows.hpp"
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <common/statistics.hpp>
 #include <cstddef>
@@ -20,15 +19,7 @@ namespace error_vs_time {
 inline constexpr std::array<std::string_view, 4> named_settings = {"evaluation", "default", "viewing", "on_sensor"};
 
 using bench::fixed;
-
-/// A number as 1.2346e-03, "inf" or "NaN", independent of the locale.
-inline std::string scientific(double value, int decimals)
-{
-    if (!std::isfinite(value)) return fixed(value, 0);
-    std::array<char, 64> text{};
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, decimals);
-    return {text.data(), end.ptr};
-}
+using bench::scientific;
 
 /// The error by which settings are compared: the RMSE as the tables print it, with 4 significant digits. Sums of a million squares in
 /// another order differ in the ninth digit; a difference that no reader can see must not decide.

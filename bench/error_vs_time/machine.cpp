@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/renderer.hpp>
 
 namespace error_vs_time {
@@ -13,15 +13,15 @@ namespace {
 
 /// The policies of `Lossless` on a machine with room for every setting, so that a setting's error is its own. Storage and channels are
 /// limited while it runs. The storage that a setting needs on Mk2 is counted (peak_storage).
-tilemesh::render::SetupFacts roomy_facts(bool drops)
+tilemesh::render::Setup roomy_facts(bool drops)
 {
-    auto setup = tilemesh::render::choice_of<splat::Lossless>();
+    auto setup = tilemesh::splat::setup_of<splat::Lossless>();
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.holds = !drops;
     setup.sizes.storage = 100'000;                        // a tile has never held half of it
     setup.sizes.road = setup.sizes.beam = 8'192;          // the cold start of 250,000 records puts fewer into one channel
     setup.sizes.waiting = drops ? 0 : setup.sizes.road;
-    return tilemesh::render::facts_of(setup);
+    return tilemesh::render::checked(setup);
 }
 
 class RoomyMachine final : public Machine {

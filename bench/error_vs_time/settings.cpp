@@ -1,7 +1,7 @@
 #include "settings.hpp"
 #include <string>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
 namespace error_vs_time {

@@ -2,7 +2,7 @@
 #include "knobs.hpp"
 #include <cstdint>
 #include <tilemesh/render/host_form.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 /// The library's frame with additional rules of this bench: its parameters contain knobs, and its kernels follow them.
 namespace error_vs_time {

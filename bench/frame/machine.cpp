@@ -1,13 +1,13 @@
 #include "machine.hpp"
 #include <algorithm>
 #include <tilemesh/render/frame_renderer.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 
 std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map,
                                                     tilemesh::splat::Arithmetic arithmetic, std::uint32_t threads,
                                                     tilemesh::splat::Camera const& camera)
 {
-    auto setup = tilemesh::render::choice_of<tilemesh::splat::Lossless>();
+    auto setup = tilemesh::splat::setup_of<tilemesh::splat::Lossless>();
     setup.rules.transmittance_min = stop_of_3dgs;
     setup.rules.arithmetic = arithmetic;
     tilemesh::RendererOptions options{.threads = threads, .keep_pixels = pixels == Pixels::kept};
@@ -28,9 +28,9 @@ std::unique_ptr<frame::Machine> frame::make_machine(Kind kind, Pixels pixels, ti
 std::unique_ptr<tilemesh::AnyRenderer> frame::make_homes(tilemesh::scene::Map const& map, tilemesh::splat::Arithmetic arithmetic,
                                                          std::uint32_t threads)
 {
-    tilemesh::render::HomesChoice choice;
+    auto choice = tilemesh::splat::homes_setup;
     choice.fit = true;
     choice.rules.transmittance_min = stop_of_3dgs;
     choice.rules.arithmetic = arithmetic;
-    return tilemesh::render::make_homes_renderer<>(map, choice, {.threads = threads});
+    return tilemesh::render::make_homes_renderer(map, choice, {.threads = threads});
 }

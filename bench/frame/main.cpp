@@ -57,8 +57,7 @@ int run_arithmetics(Options const& options, tilemesh::scene::Size size)
     tilemesh::report::Table table{{"scene", "exponential", "stop", "threads", "direct ms", "over precise", "rms", "PSNR dB",
                                    "differing bytes", "largest"}};
     for (auto const& r : rows) {
-        char rms[32];
-        std::snprintf(rms, sizeof rms, "%.1e", r.rms);
+        auto const rms = bench::scientific(r.rms, 1);
         table.add_row({r.scene, r.exponential, r.stop, std::to_string(r.threads), band(r.direct, 2),
                        number(r.over_first, 3), rms, fixed(r.psnr_db, 1), tilemesh::report::thousands(r.differing_bytes),
                        std::to_string(r.largest_byte)});

@@ -328,8 +328,7 @@ std::string csv(std::vector<ErrorRow> const& rows)
         "scene,exponential,stop,threads,direct_ms,direct_ms_low,direct_ms_high,over_first,rms,psnr_db,differing_bytes,"
         "largest_byte\n";
     for (auto const& r : rows) {
-        char rms[32];
-        std::snprintf(rms, sizeof rms, "%.3e", r.rms);
+        auto const rms = bench::scientific(r.rms, 3);
         out += r.scene + "," + r.exponential + "," + r.stop + "," + std::to_string(r.threads) + "," +
                bench::fixed(bench::median(r.direct), 4) + "," + bench::fixed(bench::quantile(r.direct, 0.2), 4) + "," +
                bench::fixed(bench::quantile(r.direct, 0.8), 4) + "," + bench::fixed(bench::median(r.over_first), 4) + "," +

@@ -2,7 +2,7 @@
 #include <common/options.hpp>
 #include <cstdint>
 #include <string>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <vector>
 
 namespace frame {

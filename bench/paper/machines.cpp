@@ -9,7 +9,7 @@ namespace render = tilemesh::render;
 
 Watched::Watched(scene::Map const& map, Options const& options)
 {
-    auto setup = render::choice_of<splat::Lossless>();
+    auto setup = splat::setup_of<splat::Lossless>();
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes.storage = options.storage_slots;
     setup.sizes.road = setup.sizes.beam = options.channel_slots;
@@ -28,7 +28,7 @@ ModelledFrame Watched::render(splat::Camera const& camera)
 PaperFrame render_paper(scene::Map const& map, splat::Camera const& camera, std::uint32_t channel_slots, std::uint32_t storage_slots,
                         std::uint32_t threads)
 {
-    auto setup = render::choice_of<splat::Paper>();
+    auto setup = splat::setup_of<splat::Paper>();
     setup.sizes.road = setup.sizes.beam = channel_slots;
     setup.sizes.storage = storage_slots;
     setup.rules.arithmetic = splat::Arithmetic::precise; // because the picture is compared with the naive picture

@@ -2,9 +2,9 @@
 #include <common/statistics.hpp>
 #include <iterator>
 #include <string>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace paper {
 
@@ -70,7 +70,7 @@ std::string bars()
     return out + "</svg>\n";
 }
 
-void add_ledger(tilemesh::render::SetupChoice const& setup, Rows& rows)
+void add_ledger(tilemesh::render::Setup const& setup, Rows& rows)
 {
     std::string const name = std::string("a tile of our ") + setup.name;
     bool const is_paper = std::string(setup.name) == "paper";
@@ -135,8 +135,8 @@ void memory(Context const& context, Rows& rows)
         {"memory", "eight channels", "bytes", 192'000.0, 8 * channel_bytes, "arithmetic", "four sides, in and out"});
     rows.push_back({"memory", "channels and storage", "bytes", 400'000.0, 8 * channel_bytes + buffer_bytes, "arithmetic",
                     "\"roughly 400 KB remains for scene data\""});
-    add_ledger(tilemesh::render::choice_of<splat::Paper>(), rows);
-    add_ledger(tilemesh::render::choice_of<splat::Lossless>(), rows);
+    add_ledger(tilemesh::splat::setup_of<splat::Paper>(), rows);
+    add_ledger(tilemesh::splat::setup_of<splat::Lossless>(), rows);
     if (!context.out.empty()) tilemesh::report::write_whole(context.out / "memory.svg", bars());
 }
 

@@ -1,10 +1,9 @@
 #include "print.hpp"
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <string_view>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
 
@@ -15,12 +14,8 @@ namespace {
 /// Integers without decimals, other numbers with `digits` significant digits.
 std::string number(double value, int digits)
 {
-    std::array<char, 64> text{};
     bool const whole = value == std::floor(value) && std::fabs(value) < 1e15;
-    auto const end = whole
-                         ? std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 0)
-                         : std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-    return {text.data(), end.ptr};
+    return whole ? tilemesh::decimals(value, 0) : tilemesh::significant(value, digits);
 }
 std::string shown(double value)
 {

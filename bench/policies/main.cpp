@@ -85,11 +85,9 @@ std::string table(std::vector<Products> const& products)
                        "| half colours and weights, dB | RMSE |\n"
                        "|---|--:|--:|--:|--:|--:|--:|\n";
     for (auto const& p : products) {
-        std::ostringstream rmse;
-        rmse.precision(2);
-        rmse << std::scientific << p.both_rmse;
         text += "| " + p.map + " | " + fixed(100 * p.blend_share, 1) + " | " + fixed(p.bound, 2) + " | " +
-                fixed(p.bound_of_colours, 2) + " | " + db(p.colours_db) + " | " + db(p.both_db) + " | " + rmse.str() + " |\n";
+                fixed(p.bound_of_colours, 2) + " | " + db(p.colours_db) + " | " + db(p.both_db) + " | " +
+                bench::scientific(p.both_rmse, 2) + " |\n";
     }
     return text;
 }

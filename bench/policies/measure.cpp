@@ -18,7 +18,7 @@
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/fitted.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
 namespace policies {
@@ -157,33 +157,25 @@ private:
     void anchored(Policy const& policy)
     {
         auto& row = add(policy.name);
-        auto setup = render::choice_of<splat::Lossless>();
+        auto setup = splat::setup_of<splat::Lossless>();
         setup.rules.arithmetic = splat::Arithmetic::precise;
         setup.holds = policy.holds;
         setup.ranks = policy.ranks;
-        auto const before = render::words_of(setup);
-        auto now = before;
-        auto const less = 60 - policy.record_bytes;
-        now.record -= less, now.road_message -= less, now.beam_message -= less;
-        setup.sizes = splat::refitted(setup.sizes, before, now); // more slots in the same bytes
-        setup.machine.sram_bytes *= 8; // the facts' own ledger has records of 60 bytes
-        auto facts = render::facts_of(setup);
-        facts.policies.road_bytes -= less, facts.policies.beam_bytes -= less;
-        std::uint64_t const waiting = setup.holds ? 2 * std::uint64_t{setup.sizes.waiting} : 0;
-        std::uint64_t const messages = 8 * (std::uint64_t{setup.sizes.road} + setup.sizes.beam) + waiting;
-        facts.sram_bytes -= less * (setup.sizes.storage + messages);
-        row.sram_bytes = facts.sram_bytes;
+        auto const before = setup;
+        setup.own_record_bytes = policy.record_bytes;
+        setup = splat::refitted(setup, before); // more slots in the same bytes
+        row.sram_bytes = tilemesh::render::sram_bytes_of(setup);
         tilemesh::RendererOptions options{.threads = options_.threads, .grid = {grid_.width, grid_.height}, .keep_pixels = false};
         options.hops = policy.hops;
         row.storage = setup.sizes.storage;
         if (policy.limited) {
             options.channel_slots = options_.quick ? 20 : 100;
             options.storage_slots = row.storage = options_.quick ? 700 : 800;
-            row.sram_bytes -= (setup.sizes.storage - row.storage) * std::uint64_t{before.slot()} +
-                              8 * (setup.sizes.road - options.channel_slots) * std::uint64_t{before.road_message} +
-                              8 * (setup.sizes.beam - options.channel_slots) * std::uint64_t{before.beam_message};
+            row.sram_bytes -= (setup.sizes.storage - row.storage) * std::uint64_t{splat::slot_bytes(before)} +
+                              8 * (setup.sizes.road - options.channel_slots) * std::uint64_t{splat::road_bytes(before)} +
+                              8 * (setup.sizes.beam - options.channel_slots) * std::uint64_t{splat::beam_bytes(before)};
         }
-        auto const machine = bench::make_traced_machine(packed(scene_.map, policy.record_bytes), std::move(facts), options);
+        auto const machine = bench::make_traced_machine(packed(scene_.map, policy.record_bytes), setup, options);
         for (auto const& camera : cameras_) machine->render(camera);
         if (policy.record_bytes != 60) return stored_packed(policy, row, options, *machine);
         (void)fill(row, machine->report(), machine->trace(), machine->image(), false);
@@ -208,9 +200,9 @@ private:
             r.exchanged_live_bytes != other.exchanged_live_bytes || r.copies != other.copies || r.lost.size() != other.lost.size())
             complain(row, "it exchanges or lacks other records than the program of rounded records");
         auto const box_bytes = policy.record_bytes == 16 ? sizeof box : 0;
-        if (machine->facts().sram_bytes != row.sram_bytes + box_bytes || machine->facts().sizes.storage != row.storage)
+        if (tilemesh::render::sram_bytes_of(machine->setup()) != row.sram_bytes + box_bytes || machine->setup().sizes.storage != row.storage)
             complain(row, "its ledger is not that of smaller records");
-        row.sram_bytes = machine->facts().sram_bytes;
+        row.sram_bytes = tilemesh::render::sram_bytes_of(machine->setup());
         (void)fill(row, r, machine->trace(), machine->image(), true, model_with_unpacking(policy.record_bytes));
     }
 

@@ -25,11 +25,11 @@ class Packed final : public bench::MachineOver<PackedMachine, RendererOf<S>> {
 
 public:
     Packed(tilemesh::scene::Map const& map, typename S::Parameters const& parameters, tilemesh::RendererOptions const& options)
-        : Base(map, render::facts_of<S>(options), options)
+        : Base(map, render::setup_for<S>(options), options)
     {
         this->renderer_.begin_with(parameters);
     }
-    render::SetupFacts const& facts() const override { return this->renderer_.facts(); }
+    render::Setup const& setup() const override { return this->renderer_.setup(); }
     tilemesh::Trace const& trace() const override { return this->renderer_.trace(); }
 };
 

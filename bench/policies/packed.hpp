@@ -6,7 +6,7 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/scene/map.hpp>
 
 namespace policies {
@@ -14,7 +14,7 @@ namespace policies {
 /// A mesh whose tiles store and send packed records.
 class PackedMachine : public bench::Machine {
 public:
-    virtual tilemesh::render::SetupFacts const& facts() const = 0;
+    virtual tilemesh::render::Setup const& setup() const = 0;
     /// The trace of the last frame.
     virtual tilemesh::Trace const& trace() const = 0;
 };

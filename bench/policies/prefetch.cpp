@@ -15,7 +15,7 @@
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <utility>
 
@@ -146,7 +146,7 @@ std::string findings(std::vector<Motion> const& rows)
 void measure_prefetch(bench::Scene const& scene, Options const& options, std::vector<Motion>& rows, std::vector<std::string>& broken)
 {
     tilemesh::Grid const grid = options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36};
-    auto setup = render::choice_of<splat::Lossless>();
+    auto setup = splat::setup_of<splat::Lossless>();
     setup.rules.arithmetic = splat::Arithmetic::precise;
     auto rules = setup.rules;
     if (options.spoil) rules.alpha_max = bench::spoilt_alpha_max;
@@ -156,12 +156,11 @@ void measure_prefetch(bench::Scene const& scene, Options const& options, std::ve
         Run plain, early;
         for (Run* run : {&plain, &early}) {
             tilemesh::RendererOptions const o{.threads = options.threads, .grid = {grid.width, grid.height}, .keep_pixels = false};
-            auto facts = render::facts_of(setup);
             run->row.map = scene.map.name;
             run->row.motion = motion;
             run->row.early = run == &early;
-            run->row.sram_bytes = facts.sram_bytes;
-            run->machine = bench::make_traced_machine(scene.map, std::move(facts), o);
+            run->row.sram_bytes = render::sram_bytes_of(setup);
+            run->machine = bench::make_traced_machine(scene.map, setup, o);
         }
         for (std::size_t i = 0; i < cameras.size(); ++i) {
             if (i >= 2) early.prefetch(tilemesh::track::predicted(cameras[i - 2], cameras[i - 1]), grid);

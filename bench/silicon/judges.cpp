@@ -151,7 +151,7 @@ void predict(Judge& judge, std::string const& text, std::map<std::string, double
         double const across = phase.number(4096), down = phase.number(4096), ways = across - 1 + down - 1;
         judge.predicted = 2 * ways * (1 + 2 * 2 + 1) / ways;
         judge.bound_by = "hops";
-    } else if (kind == "wafer") { // machines/wse2.txt: a cycle a hop, and 4 bytes a cycle (arXiv 2010.03660)
+    } else if (kind == "wafer") { // examples/machines/wse2.txt: a cycle a hop, and 4 bytes a cycle (arXiv 2010.03660)
         auto const what = phase.word();
         if (what != "hop" && what != "word") refuse("its phase is neither a hop nor a word of the wafer");
         judge.predicted = 1;

@@ -68,15 +68,9 @@ Row run(Evaluator& evaluate, View const& view, std::string const& name, std::str
     return row;
 }
 
-std::string small(double v)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1e", v);
-    return text;
-}
 std::string most(std::vector<double> const& v)
 {
-    return v.empty() ? "-" : small(*std::max_element(v.begin(), v.end()));
+    return v.empty() ? "-" : bench::scientific(*std::max_element(v.begin(), v.end()), 1);
 }
 
 class Tables {
@@ -138,8 +132,11 @@ public:
             tilemesh::report::Table table{{"scene", "method", "rows", "cells", "one block in", "start: degrees, % of depth", "to 1e-3 degrees, 1e-4", "to 0.05, 1e-3", "evaluations", "median degrees", "most"}};
             std::string csv = "scene,method,depth,coarsest,one_in,degrees,trials,fine,near,evaluations,worst_degrees\n";
             for (auto const& r : basin_) {
-                table.add_row({r.scene, r.method, r.depth ? "RGB+D" : "RGB", std::to_string(r.coarsest) + " to 1", std::to_string(r.one_in), fixed(r.degrees, 1), std::to_string(r.fine) + " of " + std::to_string(r.trials),
-                               std::to_string(r.near), r.evaluations.empty() ? "-" : fixed(bench::median(r.evaluations), 0), small(bench::median(r.degrees_off)), most(r.degrees_off)});
+                table.add_row({r.scene, r.method, r.depth ? "RGB+D" : "RGB", std::to_string(r.coarsest) + " to 1",
+                               std::to_string(r.one_in), fixed(r.degrees, 1),
+                               std::to_string(r.fine) + " of " + std::to_string(r.trials), std::to_string(r.near),
+                               r.evaluations.empty() ? "-" : fixed(bench::median(r.evaluations), 0),
+                               bench::scientific(bench::median(r.degrees_off), 1), most(r.degrees_off)});
                 csv += r.scene + "," + r.method + "," + (r.depth ? "1" : "0") + "," + std::to_string(r.coarsest) + "," + std::to_string(r.one_in) + "," + fixed(r.degrees, 1) + "," + std::to_string(r.trials) + "," + std::to_string(r.fine) + "," +
                        std::to_string(r.near) + "," + fixed(bench::median(r.evaluations), 1) + "," + most(r.degrees_off) + "\n";
                 // What the hybrid method is for.
@@ -154,10 +151,13 @@ public:
         if (!spoilt_.empty()) {
             tilemesh::report::Table table{{"scene", "method", "rows", "evaluations", "degrees, median", "most", "of the depth, median", "most"}};
             for (auto const& r : spoilt_) {
-                table.add_row({r.scene, r.method, r.depth ? "RGB+D" : "RGB", fixed(bench::median(r.evaluations), 0), small(bench::median(r.degrees_off)), most(r.degrees_off), small(bench::median(r.shift_off)), most(r.shift_off)});
+                table.add_row({r.scene, r.method, r.depth ? "RGB+D" : "RGB", fixed(bench::median(r.evaluations), 0),
+                               bench::scientific(bench::median(r.degrees_off), 1), most(r.degrees_off),
+                               bench::scientific(bench::median(r.shift_off), 1), most(r.shift_off)});
                 double const limit = r.depth ? 6e-3 : 9e-3;
                 if (r.trials >= 10 && (r.method == "forward" || r.method == "hybrid") && !(bench::median(r.degrees_off) < limit))
-                    broken.push_back(r.scene + ", spoilt, " + r.method + ", " + (r.depth ? "RGB+D" : "RGB") + ": " + small(bench::median(r.degrees_off)) + " degrees");
+                    broken.push_back(r.scene + ", spoilt, " + r.method + ", " + (r.depth ? "RGB+D" : "RGB") + ": " +
+                                     bench::scientific(bench::median(r.degrees_off), 1) + " degrees");
             }
             std::cout << "Spoilt targets, starts off by 2 degrees and 2 %, 8 unknowns, cells 4 to 1\n" << table << "\n";
         }

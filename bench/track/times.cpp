@@ -8,7 +8,7 @@
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <utility>
@@ -78,7 +78,7 @@ void times(Options const& options)
         for (std::uint32_t const threads : {1u, 2u}) {
             auto const evaluate = make_evaluator(view, threads, On::mk2);
             evaluate->set_target(view.colour, view.depth);
-            auto const setup = tilemesh::render::choice_of<splat::Lossless>();
+            auto const setup = tilemesh::splat::setup_of<splat::Lossless>();
             tilemesh::RendererOptions renders;
             renders.threads = threads;
             renders.tile = evaluate->tile();

@@ -5,6 +5,8 @@
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
 #include "../shared/codecs.hpp"
+#include "../shared/option_json.hpp"
+#include "../shared/option_table.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,7 +32,7 @@
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/table.hpp>
@@ -41,7 +43,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
 #if defined(__EMSCRIPTEN__)
@@ -49,7 +51,7 @@
 #else
 #    include <tilemesh/auto_renderer.hpp>
 #    include <tilemesh/fit_renderer.hpp>
-#    include <tilemesh/render/homes_choice.hpp>
+#    include <tilemesh/render/homes_renderer.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
 #endif
@@ -61,6 +63,10 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using Json = nlohmann::ordered_json;
+using shared::Option;
+using shared::option;
+using shared::Word;
+using shared::words;
 using tilemesh::Error;
 
 /// The page has one thread and no files, and leaves out the program of homes and the tracker.
@@ -90,61 +96,67 @@ std::string dumped(Json const& json)
 
 // --- settings --------------------------------------------------------------------------------------------------------------
 
-/// A setting that is a whole number. `reads` and `writes` name the member of Settings.
 struct Settings {
     std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
     std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0, threads = 1;
     std::string preset = "lossless", machine = "mk2", saturation = "preset", quality = "default", program = "anchored";
     std::array<double, 3> background{};
-    bool difference = false, digest = false, depth = false, alpha = false, exposure = false;
+    bool difference = false, digest = false, depth = false, alpha = false, exposure = false, antialias = false;
     std::int64_t follow = -1;
 
+    bool operator==(Settings const&) const = default;
     /// Do both need the same mesh?
-    bool same_mesh(Settings const& o) const
+    bool same_mesh(Settings other) const
     {
-        return width == o.width && height == o.height && tile_width == o.tile_width && tile_height == o.tile_height &&
-               channel_slots == o.channel_slots && storage_slots == o.storage_slots && waiting_slots == o.waiting_slots && hops == o.hops &&
-               mesh == o.mesh && preset == o.preset && machine == o.machine && saturation == o.saturation && digest == o.digest &&
-               threads == o.threads && quality == o.quality && program == o.program && depth == o.depth && alpha == o.alpha;
+        other.difference = difference, other.exposure = exposure, other.follow = follow, other.background = background;
+        return *this == other;
     }
     bool anchored() const { return program == "anchored"; }
 };
 
-struct NumberSetting {
-    char const* name;
-    std::uint32_t Settings::*member;
-    std::uint32_t least, most;
-    char const *unit, *words;
-};
-constexpr NumberSetting number_settings[] = {
-    {"width", &Settings::width, 16, 4096, "pixels", "Width of the picture"},
-    {"height", &Settings::height, 16, 4096, "pixels", "Height of the picture"},
-    {"tile_width", &Settings::tile_width, 0, 4096, "pixels", "Width of a tile; 0: the picture is spread over 40 x 36 tiles"},
-    {"tile_height", &Settings::tile_height, 0, 4096, "pixels", "Height of a tile; 0: the picture is spread over 40 x 36 tiles"},
-    {"channel_slots", &Settings::channel_slots, 0, 0, "slots", "Messages that a channel to a neighbour holds; 0: the preset's number"},
-    {"storage_slots", &Settings::storage_slots, 0, 0, "slots", "Records and copies that a tile stores; 0: the preset's number"},
-    {"waiting_slots", &Settings::waiting_slots, 0, 0, "slots", "Records that wait in each FIFO of routing; 0: the preset's number"},
-    {"hops", &Settings::hops, 0, 4096, "exchanges", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet"},
-    {"mesh", &Settings::mesh, 0, 1'000'000, "", "Number of the mesh; another number begins a new one"},
-    {"threads", &Settings::threads, 1, is_page ? 1 : 256, "", "Threads of the host; the picture does not depend on them"}};
+constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}};
+constexpr Word machines[] = {{"mk2", 0}, {"test", 1}};
+constexpr Word saturations[] = {{"preset", 0}, {"hold", 1}, {"drop", 2}};
+constexpr Word qualities[] = {{"default", 0}, {"evaluation", 1}, {"viewing", 2}, {"on_sensor", 3}, {"training", 4}};
+constexpr Word programs[] = {{"anchored", 0}, {"homes", 1}, {"auto", 2}};
+constexpr Word nobody[] = {{"-1", -1}};
+/// `most` of a number of slots. The preset has the limit.
+constexpr double most_slots = 1'000'000;
 
-struct ChoiceSetting {
-    char const* name;
-    std::string Settings::*member;
-    std::vector<std::string> choices;
-};
-std::vector<ChoiceSetting> const& choice_settings()
+constexpr Option<Settings> setting_rows[] = {
+    option<&Settings::width>("width", "N", "Width of the picture", {16, 4096, "pixels"}),
+    option<&Settings::height>("height", "N", "Height of the picture", {16, 4096, "pixels"}),
+    option<&Settings::tile_width>("tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    option<&Settings::tile_height>("tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    option<&Settings::channel_slots>("channel_slots", "N", "Messages that a channel to a neighbour holds; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::storage_slots>("storage_slots", "N", "Records and copies that a tile stores; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::waiting_slots>("waiting_slots", "N", "Records that wait in each FIFO of routing; 0: the preset's number", {0, most_slots, "slots"}),
+    option<&Settings::hops>("hops", "N", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet", {0, 4096, "exchanges"}),
+    option<&Settings::mesh>("mesh", "N", "Number of the mesh; another number begins a new one", {0, 1'000'000}),
+    option<&Settings::threads>("threads", "N", "Threads of the host; the picture does not depend on them", {1, is_page ? 1 : 256}),
+    words<&Settings::preset>("preset", "NAME", "Machine, sizes and rules of a published setup", presets),
+    words<&Settings::machine>("machine", "NAME", "mk2, or a machine with more SRAM", machines),
+    words<&Settings::saturation>("saturation", "NAME", "What a record does that meets a full channel", saturations),
+    words<&Settings::quality>("quality", "NAME", "Cut-offs and rules of the picture", qualities),
+    words<&Settings::program>("program", "NAME", "The program that renders", programs),
+    option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
+    option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
+    option<&Settings::digest>("digest", "", "The report has digests of the machine's words"),
+    option<&Settings::depth>("depth", "", "Frames have the plane of depths"),
+    option<&Settings::alpha>("alpha", "", "Frames have the plane of covered shares"),
+    option<&Settings::exposure>("exposure", "", "A tracker also finds gain and offset"),
+    option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
+    option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
+                              "it is the id of a Gaussian, or -1")};
+/// Options of render_map's maps and cameras that are no settings here, and why.
+constexpr std::pair<char const*, char const*> no_settings[] = {
+    {"turn", "the caller's cameras look at a map from any side"},
+    {"sh_degree", "a map keeps the colours that it is loaded with; cut them in the file, or with render_map --sh-degree"},
+    {"near", "number 16 of a camera is its near plane"}};
+bool is_slots(shared::OptionRow const& row)
 {
-    static std::vector<ChoiceSetting> const all = {{"preset", &Settings::preset, {"lossless", "paper", "prototype"}},
-                                                   {"machine", &Settings::machine, {"mk2", "test"}},
-                                                   {"saturation", &Settings::saturation, {"preset", "hold", "drop"}},
-                                                   {"quality", &Settings::quality, {"default", "evaluation", "viewing", "on_sensor", "training"}},
-                                                   {"program", &Settings::program, {"anchored", "homes", "auto"}}};
-    return all;
+    return row.most == most_slots && row.unit == "slots";
 }
-constexpr std::pair<char const*, bool Settings::*> flag_settings[] = {{"difference", &Settings::difference}, {"digest", &Settings::digest},
-                                                                     {"depth", &Settings::depth}, {"alpha", &Settings::alpha},
-                                                                     {"exposure", &Settings::exposure}};
 
 /// The slots of a tile on the machine `test`. render_map's has 40,000, which is more memory than a browser gives a page.
 constexpr std::uint32_t test_slots = 8000;
@@ -156,7 +168,7 @@ splat::Tiling tiling_of(Settings const& settings)
     return tilemesh::tiling_for(options, settings.width, settings.height);
 }
 /// The setup on a machine with room for so many records on a tile, and for its pixels.
-render::SetupChoice roomy(render::SetupChoice setup, splat::Tiling const& tiling, std::uint32_t slots)
+render::Setup roomy(render::Setup setup, splat::Tiling const& tiling, std::uint32_t slots)
 {
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes.storage = slots;
@@ -166,11 +178,11 @@ render::SetupChoice roomy(render::SetupChoice setup, splat::Tiling const& tiling
 }
 
 /// The setup that the settings name, as render_map makes it of the same options.
-render::SetupChoice setup_of(Settings const& settings, std::uint32_t sh_degree)
+render::Setup setup_of(Settings const& settings, std::uint32_t sh_degree)
 {
-    auto setup = settings.preset == "lossless" ? render::choice_of<splat::Lossless>()
-                 : settings.preset == "paper"  ? render::choice_of<splat::Paper>()
-                                               : render::choice_of<splat::Prototype>();
+    auto setup = settings.preset == "lossless" ? splat::setup_of<splat::Lossless>()
+                 : settings.preset == "paper"  ? splat::setup_of<splat::Paper>()
+                                               : splat::setup_of<splat::Prototype>();
     if (settings.saturation != "preset") setup.holds = settings.saturation == "hold";
     if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
     setup = render::fitted(setup, sh_degree, true, true);
@@ -191,6 +203,7 @@ tilemesh::RendererOptions options_of(Settings const& settings)
     options.waiting_slots = settings.waiting_slots;
     options.digest = settings.digest;
     options.threads = settings.threads;
+    if (settings.antialias) options.coverage = splat::Coverage::preserved;
     for (auto const quality : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor, splat::Quality::training})
         if (settings.quality == splat::name(quality)) options.quality = quality;
     options.program = settings.anchored()            ? report::Program::anchored
@@ -201,29 +214,21 @@ tilemesh::RendererOptions options_of(Settings const& settings)
 
 #if !defined(__EMSCRIPTEN__)
 /// The choice of homes of the same machine, pixels and rules.
-render::HomesChoice homes_of(Settings const& settings, std::uint32_t sh_degree)
+render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
 {
     auto const setup = setup_of(settings, sh_degree);
-    render::HomesChoice homes;
-    homes.name = setup.name;
-    homes.machine = setup.machine;
-    homes.fit = true;
-    if (settings.machine == "test") homes.sizes.held = setup.sizes.storage;
-    homes.sh_degree = sh_degree;
-    homes.colour = setup.colour;
-    homes.depth = setup.depth;
-    homes.alpha = setup.alpha;
-    homes.rules = setup.rules;
+    auto homes = splat::as_homes(setup);
+    homes.district = 1;
+    if (settings.machine == "test") homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
 std::unique_ptr<tilemesh::AnyRenderer> make_homes(Settings const& settings, scene::Map const& map, tilemesh::RendererOptions const& options)
 {
     auto const homes = homes_of(settings, map.sh_degree);
-    return homes.depth || homes.alpha ? render::make_homes_renderer<render::HomesPlanes>(map, homes, options)
-                                      : render::make_homes_renderer<>(map, homes, options);
+    return render::make_homes_renderer(map, homes, options);
 }
 /// Does something that only the anchored program has keep `auto` on it?
-bool stays_anchored(Settings const& settings, render::SetupChoice const& setup)
+bool stays_anchored(Settings const& settings, render::Setup const& setup)
 {
     return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
 }
@@ -233,9 +238,9 @@ std::unique_ptr<tilemesh::AnyRenderer> make_plain(Settings const& settings, scen
     auto const options = options_of(settings);
     if (settings.program == "homes") return make_homes(settings, map, options);
     auto const setup = setup_of(settings, map.sh_degree);
-    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::facts_of(setup), options);
+    auto anchored = std::make_unique<tilemesh::RendererOver<Core>>(map, render::checked(setup), options);
     if (stays_anchored(settings, setup)) return anchored;
-    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->facts(), options);
+    auto const may_fit = render::may_fit_anchored(map.gaussians.size(), anchored->setup(), options);
     auto const for_homes = render::within(homes_of(settings, map.sh_degree), options);
     return std::make_unique<tilemesh::AutoRenderer>(
         std::move(anchored), [settings, for_homes](scene::Map const& of) { return make_homes(settings, of, for_homes); }, may_fit);
@@ -270,12 +275,12 @@ void check(Settings const& settings, scene::Map const& map)
     bool const may_change = !settings.anchored() && check_homes(settings, map);
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
-    auto const facts = render::facts_of(setup);
-    for (auto const& s : number_settings) {
-        auto const most = preset_slots(setup.sizes, s.name);
-        if (s.most == 0 && settings.*s.member > most)
-            throw Error(std::string("the setting ") + s.name + " of " + std::to_string(settings.*s.member) + " (preset " + setup.name +
-                        " has " + std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
+    auto const facts = render::checked(setup);
+    for (auto const& row : setting_rows) {
+        auto const most = preset_slots(setup.sizes, row.name);
+        if (auto const asked = row.get(settings).whole; is_slots(row) && asked > most)
+            throw Error("the setting " + std::string(row.name) + " of " + std::to_string(asked) + " (preset " + setup.name + " has " +
+                        std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
     }
     if ((settings.tile_width == 0) != (settings.tile_height == 0))
         throw Error("a tile with one side of 0 pixels (0 means that the picture is spread over the grid); give both sides, or none");
@@ -303,45 +308,18 @@ Settings changed(Settings settings, std::string_view text)
         auto const refuse = [&name = name, &shown](std::string const& why) {
             throw Error("the setting " + dumped(name).substr(0, 60) + " of " + shown + " (" + why + "); see tilemesh_set in tilemesh.h");
         };
-        auto const whole = [&value = value] { return value.is_number() && value.get<double>() == std::floor(value.get<double>()); };
-        bool known = false;
-        for (auto const& s : number_settings) {
-            if (name != s.name) continue;
-            known = true;
-            auto const most = s.most != 0 ? s.most : 1'000'000u;
-            if (!whole() || value.get<double>() < s.least || value.get<double>() > most)
-                refuse("it is a whole number from " + std::to_string(s.least) + " to " + std::to_string(most));
-            settings.*s.member = static_cast<std::uint32_t>(value.get<double>());
+        auto const* const row = shared::find_row(setting_rows, name);
+        for (auto const& [other, why] : no_settings)
+            if (name == other) refuse(std::string("it is none: ") + why);
+        if (row == nullptr) {
+            auto const near = shared::nearest(name, shared::names_of(setting_rows));
+            refuse("there is no such setting" + (near.empty() ? "" : ", but there is " + std::string(near)));
         }
-        for (auto const& s : choice_settings()) {
-            if (name != s.name) continue;
-            known = true;
-            std::string all;
-            for (auto const& choice : s.choices) all += (all.empty() ? "" : ", ") + choice;
-            if (!value.is_string() || std::find(s.choices.begin(), s.choices.end(), value.get_ref<std::string const&>()) == s.choices.end())
-                refuse("it is one of " + all);
-            settings.*s.member = value.get<std::string>();
+        try {
+            set_from_json(settings, *row, value);
+        } catch (shared::Misfit const& misfit) {
+            refuse(misfit.why);
         }
-        if (name == "background") {
-            known = true;
-            if (!value.is_array() || value.size() != 3) refuse("it is three numbers from 0 to 1");
-            for (std::size_t c = 0; c < 3; ++c) {
-                if (!value[c].is_number() || !(value[c].get<double>() >= 0 && value[c].get<double>() <= 1)) refuse("it is three numbers from 0 to 1");
-                settings.background[c] = value[c].get<double>();
-            }
-        }
-        for (auto const& [flag, member] : flag_settings) {
-            if (name != flag) continue;
-            known = true;
-            if (!value.is_boolean()) refuse("it is true or false");
-            settings.*member = value.get<bool>();
-        }
-        if (name == "follow") {
-            known = true;
-            if (!whole() || value.get<double>() < -1 || value.get<double>() > 4294967295.0) refuse("it is the id of a Gaussian, or -1");
-            settings.follow = static_cast<std::int64_t>(value.get<double>());
-        }
-        if (!known) refuse("there is no such setting");
     }
     return settings;
 }
@@ -466,10 +444,10 @@ private:
     }
     static double scale_of(scene::Map const& map, Settings const& settings, splat::Camera const& start)
     {
-        auto const setup = render::with_planes(render::fitted(render::choice_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
+        auto const setup = render::with_planes(render::fitted(splat::setup_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
         tilemesh::RendererOptions how;
         how.threads = settings.threads;
-        return median_depth(Core(map, render::facts_of(setup), how, {}).render(start));
+        return median_depth(Core(map, render::checked(setup), how, {}).render(start));
     }
     /// In doubles, which a pose has and a camera of floats has not.
     std::array<double, 17> numbers_of(scene::Pose const& pose, std::array<double, 3> const& origin) const
@@ -524,8 +502,8 @@ public:
             auto const& counts = mesh.template state<splat::Counts>(tile);
             auto& seen = seen_[sample.tile];
             if (event.step == Core::Steps::project) seen.refused = seen.dropped = 0; // it resets the tile's counters
-            auto const refused = counts.channel_full + counts.no_credit + counts.copies_refused;
-            auto const dropped = counts.storage_full + counts.copies_full;
+            auto const refused = counts.by_channels() + counts.copies_refused;
+            auto const dropped = counts.by_storage();
             auto const marks = mesh.template state<splat::Marks<Policies>>(tile);
             if (!same_slots) {
                 std::uint32_t copies = 0;
@@ -794,7 +772,7 @@ private:
         Core::EngineOptions engine;
         engine.trace = true;
         auto const setup = setup_of(settings_, map_->sh_degree);
-        core_ = std::make_unique<Core>(*map_, render::facts_of(setup), options_of(settings_), engine);
+        core_ = std::make_unique<Core>(*map_, render::checked(setup), options_of(settings_), engine);
         core_->observe([this](tilemesh::SuperstepEvent const& event) {
             watch_.look(*core_, event);
             splat::GaussianId const followed{static_cast<std::uint32_t>(settings_.follow)};
@@ -840,7 +818,7 @@ private:
     {
         return plain_ ? plain_->tile() : tilemesh::Extent2{core_->tiling().tile_width, core_->tiling().tile_height};
     }
-    render::SetupFacts const& facts() const { return plain_ ? plain_->facts() : core_->facts(); }
+    render::Setup const& facts() const { return plain_ ? plain_->setup() : core_->setup(); }
     splat::Rules const& rules() const { return plain_ ? plain_->rules() : core_->rules(); }
     bool is_built_in() const { return map_->path.empty() && map_->name == "built_in"; }
 
@@ -880,7 +858,7 @@ private:
                                         reinterpret_cast<splat::FloatPixel*>(complete_picture_.pixel(rect.x0, rect.y0)), camera_.width, &pairs, 1);
             }
         }
-        if (core_->facts().colour == render::ColourFormat::rgbx8)
+        if (core_->setup().colour == render::ColourFormat::rgbx8)
             for (auto& v : complete_picture_.rgb) v = static_cast<float>(splat::Rgbx8Pixel::level(v)) / 255.0f;
         complete_ = &complete_picture_;
     }
@@ -942,22 +920,20 @@ private:
         ensure_map();
         auto const setup = setup_of(settings_, map_->sh_degree);
         Json json, limits, choices;
-        for (auto const& s : number_settings) {
-            json[s.name] = settings_.*s.member;
-            auto const most = s.most != 0 ? s.most : preset_slots(setup.sizes, s.name);
-            limits[s.name] = {{"least", s.least}, {"most", most}, {"unit", s.unit}, {"words", s.words}};
-            if (s.most == 0) limits[s.name]["used"] = settings_.*s.member != 0 ? settings_.*s.member : most;
-        }
-        for (auto const& s : choice_settings()) {
-            json[s.name] = settings_.*s.member;
-            choices[s.name] = s.choices;
+        for (auto const& row : setting_rows) {
+            std::string const name(row.name);
+            json[name] = shared::to_json<Json>(settings_, row);
+            if (row.form == shared::Form::word)
+                for (auto const& word : row.words) choices[name].push_back(word.word);
+            if (row.form != shared::Form::whole || !row.words.empty()) continue;
+            auto const most = is_slots(row) ? preset_slots(setup.sizes, name) : static_cast<std::uint32_t>(row.most);
+            limits[name] = {{"least", static_cast<std::uint32_t>(row.least)}, {"most", most}, {"unit", row.unit}, {"words", row.meaning}};
+            auto const asked = row.get(settings_).whole;
+            if (is_slots(row)) limits[name]["used"] = asked != 0 ? asked : most;
         }
         auto const tiling = tilemesh::tiling_for(options_of(settings_), settings_.width, settings_.height);
         limits["tile_width"]["used"] = tiling.tile_width;
         limits["tile_height"]["used"] = tiling.tile_height;
-        json["background"] = settings_.background;
-        for (auto const& [name, member] : flag_settings) json[name] = settings_.*member;
-        json["follow"] = settings_.follow;
         json["limits"] = std::move(limits);
         json["choices"] = std::move(choices);
         return json;
@@ -987,7 +963,7 @@ private:
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
         run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
-                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), facts.ledger};
+                        limited(used_.channel_slots, homes ? plain_->channel_slots() : facts.sizes.beam), render::ledger_of(facts)};
         run_.preset = facts.name;
         run_.engine = "threads";
         run_.program = options_of(used_).program;
@@ -996,10 +972,10 @@ private:
         run_.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
         run_.background = {rules.background[0], rules.background[1], rules.background[2]};
         run_.policies = {splat::RowFirst::name,
-                         facts.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                         facts.policies.holds != 0 ? splat::Hold::name : splat::Drop::name,
+                         facts.carried ? splat::Carried::name : splat::Recomputed::name,
+                         facts.holds ? splat::Hold::name : splat::Drop::name,
                          rules.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
-                         facts.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                         facts.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
                          facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                          rules.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
                          used_.hops,
@@ -1040,8 +1016,8 @@ private:
                      {"visible", r.gaussians.visible}, {"moved", r.gaussians.moved},
                      {"held", r.gaussians.held}, {"copies", r.copies}, {"lost_records", whole}, {"lost_copies", r.lost_copies},
                      {"late_copies", r.late_copies},
-                     {"refused", r.refused.channel_full + r.refused.no_credit + r.refused.storage_full + r.refused.copies_full + r.refused.copies_refused},
-                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", facts().record_bytes}};
+                     {"refused", report::total(r, "refused")},
+                     {"messages", r.messages}, {"pairs", r.pairs}, {"records_bytes", render::record_bytes(facts())}};
         if (core_) {
             json["modelled_ms"] = milliseconds(model_, cost_.cycles);
             json["modelled_cycles"] = cost_.cycles;
@@ -1097,11 +1073,11 @@ private:
     };
     ChannelFill fill(std::uint32_t step, std::uint64_t bytes) const
     {
-        auto const& facts = core_->facts();
+        auto const& facts = core_->setup();
         bool const road = step == Core::Steps::route, beam = step == Core::Steps::bloom_first || step == Core::Steps::bloom;
         if (!road && !beam) return {0, 1};
         auto const slots = used_.channel_slots != 0 ? used_.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
-        auto const message = road ? facts.policies.road_bytes : facts.policies.beam_bytes;
+        auto const message = road ? splat::road_bytes(facts) : splat::beam_bytes(facts);
         return {bytes > 8 ? (bytes - 8) / message : 0, slots}; // the head of a channel end has 8 bytes
     }
     std::uint32_t tile_of(report::Loss const& loss) const
@@ -1201,7 +1177,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     if (index >= grid().size())
         throw Error("tile " + std::to_string(index) + " (the grid has " + std::to_string(grid().size()) + " tiles, from 0); name one of these");
     auto const& mesh = std::as_const(core_->mesh());
-    auto const& facts = core_->facts();
+    auto const& facts = core_->setup();
     auto const at = grid().tile(index);
     auto const rect = splat::pixels_of(core_->tiling(), camera_, at);
     auto const& frame = core_->mesh().template broadcast<Core::Parameters>();
@@ -1224,10 +1200,10 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     json["leaving"] = leaving;
     json["slots"] = used_.storage_slots != 0 ? used_.storage_slots : facts.sizes.storage;
     auto ledger = Json::array();
-    for (auto const& region : facts.ledger)
+    for (auto const& region : render::ledger_of(facts))
         ledger.push_back({{"name", std::string(region.name.text, region.name.size)}, {"what", region.what}, {"bytes", region.bytes}, {"budgeted", region.budgeted}});
     json["ledger"] = std::move(ledger);
-    json["ledger_bytes"] = facts.sram_bytes;
+    json["ledger_bytes"] = render::sram_bytes_of(facts);
     json["sram_bytes"] = facts.machine.sram_bytes;
 
     auto const& c = mesh.template state<splat::Counts>(at);
@@ -1235,8 +1211,11 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     for (auto const& step : watch_.supersteps)
         for (auto const& t : step) pairs += t.tile == index ? t.pairs : 0;
     auto const& trace = core_->trace();
-    json["counts"] = {{"channel_full", c.channel_full}, {"no_credit", c.no_credit}, {"storage_full", c.storage_full}, {"copies_full", c.copies_full},
-                      {"copies_refused", c.copies_refused}, {"pairs", pairs}, {"busy_cycles", busy_cycles(cost_)[index]}};
+    auto& counts = json["counts"];
+    for (auto const& field : report::report_fields)
+        if (field.group() == "refused" && field.anchored.word != nullptr) counts[std::string(field.leaf())] = c.*field.anchored.word;
+    counts["pairs"] = pairs;
+    counts["busy_cycles"] = busy_cycles(cost_)[index];
 
     auto channels = Json::array();
     for (tilemesh::Direction d : tilemesh::news) {
@@ -1296,7 +1275,7 @@ char const* tilemesh_handle::gaussian(std::uint32_t id)
             if (loss.cause == report::Cause::storage_full && json["anchor"].is_null()) state = "lost";
             if (auto const t = tile_of(loss); t < grid().size()) missing.push_back(t);
         }
-        if (state == "with the host" && core_->facts().policies.holds == 0) state = "lost";
+        if (state == "with the host" && !core_->setup().holds) state = "lost";
         json["state"] = state;
         json["mean"] = Json::array();
         for (std::size_t i = 0; i < 3; ++i) json["mean"].push_back(double{g->mean_world[i]} + map_->origin[i]);
@@ -1328,10 +1307,7 @@ char const* tilemesh_handle::trajectory(char const* name, void const* bytes, std
     char const* const formats[] = {"tum", "euroc", "kitti", "replica"};
     std::string text = std::string("{\"format\":\"") + formats[static_cast<std::size_t>(poses.format)] + "\",\"stamps\":" + (poses.has_stamps() ? "true" : "false") + ",\"notes\":" +
                        dumped(Json(scene::trajectory_notes(poses))) + ",\"poses\":[";
-    auto const put = [&text](double value) {
-        std::array<char, 32> digits{};
-        text.append(digits.data(), tilemesh::write_number(digits.data(), digits.data() + digits.size(), value).ptr);
-    };
+    auto const put = [&text](double value) { text += tilemesh::number_text(value); };
     for (auto const& [seconds, pose] : poses) {
         text += &seconds == &poses.front().seconds ? "{\"seconds\":" : ",{\"seconds\":";
         put(seconds);

@@ -29,7 +29,7 @@
 #include <stdint.h>
 
 /* The version of this interface. */
-#define TILEMESH_C_VERSION 2
+#define TILEMESH_C_VERSION 3
 
 #if defined(TILEMESH_C_EXPORT)
 #define TILEMESH_C __attribute__((visibility("default"), used))
@@ -92,6 +92,8 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
  *                      anchored until a frame would lack something, then homes; both as in render_map, and without a trace: "supersteps",
  *                      heat maps, tiles, Gaussians, `difference` and `follow` need "anchored". The page has only "anchored"
  *   quality            "default" (of the preset), "evaluation", "viewing", "on_sensor" or "training": cut-offs and rules of the picture
+ *   antialias          true: each splat is dimmed as much as the dilation by 0.3 pixels enlarges it, for maps that were trained so; default
+ *                      false. Since version 3. Trackers do without
  *   depth, alpha       true: frames have these planes, see `tilemesh_pixels`; default false. They take SRAM from the storage
  *   threads            threads of the host, 1 to 256; default 1. No number of a picture or a report depends on it but times
  *   preset             "lossless" (default), "paper" or "prototype": machine, sizes and rules of a published setup
@@ -166,7 +168,7 @@ TILEMESH_C float const* tilemesh_heat(tilemesh_handle* handle, char const* what,
 /* JSON about a tile in the last frame, or NULL with an error:
  *   {"tile", "column", "row", "rect": [x0, y0, x1, y1] (pixels), "records": number, "anchored", "copies", "leaving", "slots",
  *    "ledger": [{"name", "what", "bytes", "budgeted"}...] (of any tile), "ledger_bytes", "sram_bytes",
- *    "counts": {"channel_full", "no_credit", "storage_full", "copies_full", "copies_refused", "pairs", "busy_cycles"},
+ *    "counts": {each member of "refused" of a frame of report.json, "pairs", "busy_cycles"},
  *    "channels": [{"side": "north" | "east" | "west" | "south", "sent_bytes", "most_messages", "slots", "received_bytes"}... 4],
  *    "list": [{"id", "kind": "anchored" | "copy" | "leaving", "x", "y" (centre, pixels), "radius", "depth", "opacity", "colour": [r, g, b]}
  *             ...] (at most 500 visible ones, nearest first)} */

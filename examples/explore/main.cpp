@@ -1,5 +1,5 @@
 // explore: a study of machines, policies and capacities. It renders what must be rendered once, and prices the rest.
-#include "../shared/option_values.hpp"
+#include "../shared/input_rows.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/png.hpp"
 #include "../shared/process.hpp"
@@ -48,42 +48,32 @@ using report::thousands;
 using tilemesh::Error;
 using Json = nlohmann::ordered_json;
 
-constexpr char const* help = R"(usage: explore STUDY.json --csv FILE --out DIR [OPTION VALUE]...
-Renders each view of a study once for all points with the same counts, and prices the others without a run: prices,
-clocks and networks change no count. Capacities, policies and workers do, so that their points run.
-  STUDY.json                 the study (examples/README.md): machines, programs, presets, qualities, sizes, costs
-  --csv FILE                 a line a point
-  --out DIR                  points.jsonl, index.html with the Pareto front, and a picture a run
-  --threads N                [all of this machine's]
-  --quiet                    print errors only
-The same command goes on after an interrupt: a point of points.jsonl with the same digest does not run again.
-)";
 constexpr char const *points_file = "points.jsonl", *page_file = "index.html";
 
-struct Options {
+struct Options : shared::HostInput {
     fs::path study, csv, out;
-    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
-    bool quiet = false;
 };
+constexpr shared::Option<Options> rows[] = {
+    shared::option<&Options::csv>("csv", "FILE", "a line a point"),
+    shared::option<&Options::out>("out", "DIR", "points.jsonl, index.html with the Pareto front, and a picture a run")};
 
 std::optional<Options> options_of(int argc, char** argv)
 {
-    constexpr shared::OptionValues values("explore");
     Options o;
-    for (int i = 1; i < argc; ++i) {
-        std::string_view const name = argv[i];
-        auto const value = [&] { return values.next(argc, argv, i); };
-        if (name == "--help") {
-            shared::print(help, "send it to a file or a terminal with room", std::cout);
-            return {};
-        }
-        if (name == "--quiet") o.quiet = true;
-        else if (name == "--csv") o.csv = value();
-        else if (name == "--out") o.out = value();
-        else if (name == "--threads") o.threads = values.whole(name, value(), 1, 1024);
-        else if (name.substr(0, 1) == "-" || name.empty() || !o.study.empty()) values.refuse("an option", name, "there is no such option, or a second study");
-        else o.study = name;
-    }
+    o.threads = std::clamp(std::thread::hardware_concurrency(), 1u, shared::most_threads);
+    shared::OptionTable table("explore",
+                              "usage: explore STUDY.json --csv FILE --out DIR [options]\n"
+                              "Renders each view of a study once for all points with the same counts, and prices the others\n"
+                              "without a run: prices, clocks and networks change no count. Capacities, policies and workers do, so\n"
+                              "that their points run.\n"
+                              "  STUDY.json            the study (examples/README.md): machines, programs, presets, sizes, costs\n",
+                              true);
+    table.takes_words("study", 1, [&o](std::string_view word) { o.study = word; });
+    table.add("What comes out", o, rows);
+    table.add("The host", o, shared::host_rows);
+    table.says("threads", "number of host threads [all of this machine's]");
+    table.ends_with("\nThe same command goes on after an interrupt: a point of points.jsonl with the same digest does not\nrun again.\n");
+    if (!shared::read_command_line(table, o, nullptr, argc, argv)) return {};
     if (o.study.empty()) throw Error("no study is named (there is nothing to explore); name one: explore STUDY.json --csv FILE --out DIR");
     if (o.csv.empty()) throw Error("no table is named (a study ends in one); add --csv FILE");
     if (o.out.empty()) throw Error("no folder is named (points and pictures go there); add --out DIR");

@@ -31,13 +31,6 @@ std::string psnr_text(double db)
 {
     return std::isinf(db) ? "equal" : decimals(db, 3);
 }
-/// The shortest digits that read back as the same number.
-std::string number(double value)
-{
-    if (!std::isfinite(value)) return "inf";
-    std::array<char, 40> text{};
-    return {text.data(), tilemesh::write_number(text.data(), text.data() + text.size(), value).ptr};
-}
 /// A field of a CSV.
 std::string quoted(std::string const& text)
 {
@@ -174,17 +167,17 @@ std::string csv_of(Study const& study, std::vector<Point> const& points)
                                   std::string(s.quality ? tilemesh::splat::name(*s.quality) : "default"), s.capacities.name,
                                   s.prices->name.empty() ? std::string("machine") : s.prices->name})
             add(field);
-        add(p.refused.empty() ? number(p.psnr_db) : "");
-        add(p.refused.empty() ? number(p.modelled_ms) : "");
+        add(p.refused.empty() ? tilemesh::number_text(p.psnr_db) : "");
+        add(p.refused.empty() ? tilemesh::number_text(p.modelled_ms) : "");
         for (auto const n : {p.cycles, p.sram_bytes, p.exchanged_bytes, p.lost}) count(n);
         add(p.left_out);
         for (auto const n : {p.exchanges, p.passes, p.pairs}) count(n);
-        add(p.refused.empty() ? number(p.slowest_to_mean) : "");
+        add(p.refused.empty() ? tilemesh::number_text(p.slowest_to_mean) : "");
         for (auto const n : {p.storage, p.channel, p.waiting}) count(n);
         add(std::find(front.begin(), front.end(), i) != front.end() ? "1" : "0");
         add(std::find(knees.begin(), knees.end(), i) != knees.end() ? "1" : "0");
-        add(p.refused.empty() ? number(p.first_ms) : "");
-        add(p.refused.empty() && p.later_ms ? number(*p.later_ms) : "");
+        add(p.refused.empty() ? tilemesh::number_text(p.first_ms) : "");
+        add(p.refused.empty() && p.later_ms ? tilemesh::number_text(*p.later_ms) : "");
         count(free_bytes(s, p));
         add(!p.refused.empty() ? "" : p.whole_channels ? "channels" : "messages");
         add(p.refused.empty() ? p.weakest : "");

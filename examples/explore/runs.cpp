@@ -21,7 +21,7 @@
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
 namespace explore {
@@ -32,9 +32,9 @@ namespace render = tilemesh::render;
 namespace report = tilemesh::report;
 namespace splat = tilemesh::splat;
 
-render::SetupChoice preset_of(std::string const& name)
+render::Setup preset_of(std::string const& name)
 {
-    return name == "paper" ? render::choice_of<splat::Paper>() : name == "prototype" ? render::choice_of<splat::Prototype>() : render::choice_of<splat::Lossless>();
+    return name == "paper" ? splat::setup_of<splat::Paper>() : name == "prototype" ? splat::setup_of<splat::Prototype>() : splat::setup_of<splat::Lossless>();
 }
 
 tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
@@ -44,6 +44,7 @@ tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
     options.grid = s.grid;
     options.program = s.homes ? report::Program::homes : report::Program::anchored;
     options.quality = s.quality;
+    if (s.subject->antialias) options.coverage = splat::Coverage::preserved;
     return options;
 }
 
@@ -79,7 +80,7 @@ std::string room_advice(Setting const& s, std::uint64_t least, std::uint64_t sma
     return grid + " a machine with more \"sram\" than " + report::thousands(least) + " bytes: one slot of each list takes these, and a picture several times as many";
 }
 
-render::SetupChoice anchored_of(Setting const& s)
+render::Setup anchored_of(Setting const& s)
 {
     return render::fitted(preset_of(s.preset), s.subject->map.sh_degree, true, true);
 }
@@ -92,9 +93,9 @@ std::string anchored_advice(Setting const& s)
     setup.machine = size_of(*s.machine);
     for (auto* slots : {&setup.sizes.storage, &setup.sizes.road, &setup.sizes.beam, &setup.sizes.waiting}) *slots = std::min(*slots, 1u);
     setup.sizes.tile_pixels = tile.width * tile.height;
-    auto const least = sram_bytes_of(setup);
+    auto const least = render::sram_bytes_of(setup);
     setup.sizes.tile_pixels = static_cast<std::uint32_t>((std::uint64_t{view.width} * view.height + tiles - 1) / tiles);
-    return room_advice(s, least, sram_bytes_of(setup));
+    return room_advice(s, least, render::sram_bytes_of(setup));
 }
 
 void size_anchored(Setting const& s, Sized& out)
@@ -110,26 +111,26 @@ void size_anchored(Setting const& s, Sized& out)
         if (asked.storage) setup.sizes.storage = *asked.storage;
         else setup = render::fill_storage(setup, {s.grid.width, s.grid.height}, tile);
     }
-    auto const facts = render::facts_of(setup); // refuses what does not fit
+    render::check_setup(setup);
     out.anchored = setup;
     ++setup.sizes.storage;
-    out.sram_bytes = used_sram(s, facts.sram_bytes, sram_bytes_of(setup));
+    out.sram_bytes = used_sram(s, render::sram_bytes_of(out.anchored), render::sram_bytes_of(setup));
     out.storage = out.anchored.sizes.storage;
     out.channel = setup.sizes.road;
     out.beam = setup.sizes.beam;
     out.waiting = setup.sizes.waiting;
 }
 
-render::HomesLayout layout_of(Setting const& s, render::HomesChoice const& homes)
+render::HomesLayout layout_of(Setting const& s, render::Setup const& homes)
 {
     auto const& view = s.subject->views.front();
     return render::layout_homes(homes, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
 }
 /// The homes of a setting with the slots of its preset, as far as they fit on the machine.
-render::HomesChoice homes_of(Setting const& s)
+render::Setup homes_of(Setting const& s)
 {
     auto const setup = anchored_of(s);
-    render::HomesChoice homes;
+    auto homes = splat::homes_setup;
     homes.name = setup.name;
     homes.fit = true;
     homes.district = 0;
@@ -139,50 +140,51 @@ render::HomesChoice homes_of(Setting const& s)
     auto kept = homes;
     kept.machine = size_of(*s.machine);
     auto const& view = s.subject->views.front();
-    bool const fits = keeps_sizes(kept, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
-    return fits ? kept : render::on_machine(homes, kept.machine);
+    bool const fits = render::keeps_sizes(kept, options_of(s, 1), {view.width, view.height}, s.subject->map.gaussians.size());
+    return fits ? kept : render::on_machine(homes, kept.machine, 0);
 }
 std::string homes_advice(Setting const& s)
 {
     auto homes = homes_of(s);
     homes.fit = false;
-    for (auto* slots : {&homes.sizes.homes, &homes.sizes.held, &homes.sizes.parcels, &homes.sizes.waiting}) *slots = 1;
+    for (auto* slots : {&homes.sizes.homes, &homes.sizes.storage, &homes.sizes.road, &homes.sizes.waiting}) *slots = 1;
     homes.machine.sram_bytes = std::numeric_limits<std::uint32_t>::max();
     homes.district = std::bit_ceil(std::max(s.grid.width, s.grid.height)); // one window, which takes least
-    auto const least = layout_of(s, homes).ledger.bytes;
+    auto const least = tilemesh::render::sram_bytes_of(layout_of(s, homes).setup);
     return room_advice(s, least, least);
 }
 /// Refuses a preset's storage, or "the rest", of less than `least_held` slots: with the bytes that are missing, and a number that does run.
-[[noreturn]] void refuse_rest(Setting const& s, render::HomesChoice homes)
+[[noreturn]] void refuse_rest(Setting const& s, render::Setup homes)
 {
-    auto const homes_with = [&s](render::HomesChoice const& c) { // of a tile; 0: it does not fit
+    auto const homes_with = [&s](render::Setup const& c) { // of a tile; 0: it does not fit
         try {
-            return layout_of(s, c).sizes.homes;
+            return layout_of(s, c).setup.sizes.homes;
         } catch (tilemesh::Error const&) {
             return 0u;
         }
     };
     auto narrow = homes;
-    narrow.sizes.parcels = narrow.sizes.waiting = 1;
+    narrow.sizes.road = narrow.sizes.waiting = 1;
     bool const narrow_fits = homes_with(narrow) != 0;
-    homes.sizes.held = 1;
-    auto sizes = layout_of(s, homes).sizes; // refuses what does not fit even so
+    homes.sizes.storage = 1;
+    auto sizes = layout_of(s, homes).setup.sizes; // refuses what does not fit even so
     auto runs = render::least_held;
     auto held_homes = 0u;
     for (; runs > 1; runs /= 2) {
-        homes.sizes.held = runs;
+        homes.sizes.storage = runs;
         held_homes = homes_with(homes);
         if (held_homes != 0) break;
     }
     auto const grid = std::uint64_t{s.grid.width} * s.grid.height;
     sizes.homes = static_cast<std::uint32_t>((s.subject->map.gaussians.size() + grid - 1) / grid);
-    sizes.held = render::least_held;
-    auto const bytes = render::HomesLedger(homes, sizes).bytes, sram = std::uint64_t{homes.machine.sram_bytes};
+    sizes.storage = render::least_held;
+    homes.sizes = sizes;
+    auto const bytes = render::sram_bytes_of(homes), sram = std::uint64_t{homes.machine.sram_bytes};
     auto const count = [](std::uint64_t n) { return report::thousands(n); };
     auto const what = s.capacities.of_preset ? "preset " + s.preset : std::string("storage \"the rest\"");
     throw tilemesh::Error(what + " of homes on machine " + s.machine->name + " (" + count(render::least_held) +
                           " slots of storage, the fewest that are chosen unasked, are " + count(bytes - std::min(bytes, sram)) + " bytes over beside " +
-                          count(sizes.homes) + " homes and channels of " + count(sizes.parcels) + " slots); name a number of \"storage\" in \"sizes\", as " +
+                          count(sizes.homes) + " homes and channels of " + count(sizes.road) + " slots); name a number of \"storage\" in \"sizes\", as " +
                           count(runs) + (held_homes != 0 && held_homes < sizes.homes ? " (the map then comes in chapters)" : "") +
                           (narrow_fits ? ", fewer slots of \"channel\" and \"waiting\"," : "") + " or a machine with more \"sram\"");
 }
@@ -192,9 +194,9 @@ void size_homes(Setting const& s, Sized& out)
     auto homes = homes_of(s);
     auto const& asked = s.capacities;
     if (!asked.of_preset) {
-        homes.sizes.parcels = asked.road.value_or(homes.sizes.parcels);
+        homes.sizes.road = asked.road.value_or(homes.sizes.road);
         homes.sizes.waiting = asked.waiting.value_or(homes.sizes.waiting);
-        homes.sizes.held = asked.storage.value_or(std::numeric_limits<std::int32_t>::max());
+        homes.sizes.storage = asked.storage.value_or(std::numeric_limits<std::int32_t>::max());
     }
     auto const layout = [&] {
         if (!asked.of_preset && asked.storage) return layout_of(s, homes);
@@ -204,18 +206,18 @@ void size_homes(Setting const& s, Sized& out)
             refuse_rest(s, homes);
         }
     }();
-    if (!asked.of_preset && asked.storage && layout.sizes.held < *asked.storage)
+    if (!asked.of_preset && asked.storage && layout.setup.sizes.storage < *asked.storage)
         throw tilemesh::Error("storage " + std::to_string(*asked.storage) + " of homes on machine " + s.machine->name + " (a tile has room for " +
-                              std::to_string(layout.sizes.held) + " slots beside homes and channels); choose at most that many");
-    homes.sizes = layout.sizes;
+                              std::to_string(layout.setup.sizes.storage) + " slots beside homes and channels); choose at most that many");
+    homes.sizes = layout.setup.sizes;
     homes.fit = false;
-    homes.district = layout.district;
+    homes.district = layout.setup.district;
     out.homes = homes;
-    ++homes.sizes.held;
-    out.sram_bytes = used_sram(s, layout.ledger.bytes, render::HomesLedger(homes, homes.sizes).bytes);
-    out.storage = layout.sizes.held;
-    out.channel = layout.sizes.parcels;
-    out.waiting = layout.sizes.waiting;
+    ++homes.sizes.storage;
+    out.sram_bytes = used_sram(s, tilemesh::render::sram_bytes_of(layout.setup), render::sram_bytes_of(homes));
+    out.storage = layout.setup.sizes.storage;
+    out.channel = layout.setup.sizes.road;
+    out.waiting = layout.setup.sizes.waiting;
 }
 
 } // namespace
@@ -262,7 +264,7 @@ std::string run_key(Setting const& s, Sized const& sized)
     auto const& a = sized.anchored.sizes;
     auto const& h = sized.homes.sizes;
     if (!sized.refused.empty()) add(sized.refused);
-    else if (s.homes) for (auto const n : {h.homes, h.held, h.parcels, h.waiting, sized.homes.district}) add(n);
+    else if (s.homes) for (auto const n : {h.homes, h.storage, h.road, h.waiting, sized.homes.district}) add(n);
     else for (auto const n : {a.storage, a.road, a.beam, a.waiting, a.tile_pixels}) add(n);
     return text;
 }
@@ -283,7 +285,9 @@ std::string refusal_of(tilemesh::Error const& error)
 std::vector<report::Image> references_of(Subject const& subject, std::uint32_t threads)
 {
     std::vector<report::Image> out;
-    for (auto const& view : subject.views) out.push_back(render_map::reference_of(subject.map, view, splat::Rules{}, report::Cuts::none, threads));
+    splat::Rules rules;
+    if (subject.antialias) rules.coverage = splat::Coverage::preserved;
+    for (auto const& view : subject.views) out.push_back(render_map::reference_of(subject.map, view, rules, report::Cuts::none, threads));
     return out;
 }
 
@@ -292,7 +296,7 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
     auto const begin = std::chrono::steady_clock::now();
     auto const options = options_of(s, threads);
     auto const renderer = s.homes ? render_map::make_homes_traced(s.subject->map, sized.homes, options, render_map::EngineKind::threads)
-                                  : render_map::make_anchored_traced(s.subject->map, render::facts_of(sized.anchored), options, render_map::EngineKind::threads);
+                                  : render_map::make_anchored_traced(s.subject->map, render::checked(sized.anchored), options, render_map::EngineKind::threads);
     auto& instruments = dynamic_cast<render_map::Instruments&>(*renderer);
     Frames out;
     out.point.psnr_db = std::numeric_limits<double>::infinity();

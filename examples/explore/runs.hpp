@@ -9,8 +9,8 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/explore.hpp>
-#include <tilemesh/render/homes_choice.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <vector>
@@ -37,8 +37,8 @@ inline constexpr std::uint64_t most_tiles = std::uint64_t{1} << 18;
 
 /// The sizes of a setting on its machine, by either program.
 struct Sized {
-    tilemesh::render::SetupChoice anchored{};
-    tilemesh::render::HomesChoice homes{};
+    tilemesh::render::Setup anchored{};
+    tilemesh::render::Setup homes{};
     std::uint64_t sram_bytes = 0;   ///< all of the machine's, if one more slot of storage would not fit
     std::uint32_t storage = 0, channel = 0, beam = 0, waiting = 0;
     std::string refused;            ///< why it cannot run

@@ -1,6 +1,7 @@
 #include "study.hpp"
-#include "../shared/codecs.hpp"
+#include "../shared/input_rows.hpp"
 #include "../shared/model_input.hpp"
+#include "../shared/option_json.hpp"
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
@@ -12,11 +13,6 @@
 #include <set>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <utility>
 
@@ -48,6 +44,7 @@ public:
     bool is_text() const { return json_->is_string(); }
     bool is_list() const { return json_->is_array(); }
     bool is_object() const { return json_->is_object(); }
+    std::string dumped() const { return json_->dump(); }
     std::string text() const
     {
         if (!is_text()) refuse("is no text", "write a text");
@@ -90,11 +87,27 @@ public:
     void allow(std::initializer_list<char const*> keys) const
     {
         if (!is_object()) refuse("is no object", "write {...}");
-        std::string list;
-        for (auto const* key : keys) list += (list.empty() ? "" : ", ") + std::string(key);
         for (auto const& [key, value] : json_->items())
             if (std::none_of(keys.begin(), keys.end(), [&k = key](char const* known) { return k == known; }))
-                refuse("has an unknown key " + shown(key), "use " + list);
+                refuse_key(key, {keys.begin(), keys.end()});
+    }
+    [[noreturn]] void refuse_key(std::string const& key, std::vector<std::string_view> const& known) const
+    {
+        std::string list;
+        for (auto const name : known) list.append(list.empty() ? "" : ", ").append(name);
+        auto const near = shared::nearest(key, known);
+        refuse("has an unknown key " + shown(key), near.empty() ? "use " + list : "use " + std::string(near) + ", or another of " + list);
+    }
+    /// Sets the option that a row describes.
+    template <class Of>
+    void set(Of& of, shared::Option<Of> const& row) const
+    {
+        try {
+            set_from_json(of, row, *json_);
+        } catch (shared::Misfit const& misfit) {
+            refuse("cannot be " + shown(json_->is_string() ? json_->get<std::string>() : json_->is_structured() ? json_->type_name() : json_->dump()),
+                   "write another value: " + misfit.why);
+        }
     }
     std::vector<std::pair<std::string, Value>> members() const
     {
@@ -229,70 +242,95 @@ private:
                 value.refuse("cannot be " + shown(to.back()), "use " + list);
         }
     }
+    /// How a map is read, and which camera shows it: the rows of render_map's options.
+    struct View : shared::MapInput, shared::CameraInput {
+        std::string words; ///< what was set, but for the cameras
+    };
+    static constexpr std::pair<char const*, char const*> no_keys[] = {{"list", "render_map --list prints names"},
+                                                                      {"size", "all maps of a study have its size"},
+                                                                      {"scale", "all maps of a study have its size"}};
+    /// Those of `before`, but for what the value names. `others`: the value's other keys.
+    static View view_of(Value const& value, View before, std::initializer_list<char const*> others)
+    {
+        auto known = std::vector<std::string_view>(others.begin(), others.end());
+        auto const is_key = [&](shared::OptionRow const& row) {
+            return std::none_of(std::begin(no_keys), std::end(no_keys), [&](auto const& no) { return row.name == no.first; });
+        };
+        for (auto const& row : shared::map_rows) known.push_back(row.name);
+        for (auto const& row : shared::camera_rows)
+            if (is_key(row)) known.push_back(row.name);
+        for (auto const& [key, one] : value.members()) {
+            if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+            auto name = key;
+            std::replace(name.begin(), name.end(), '_', '-');
+            for (auto const& [no, why] : no_keys)
+                if (name == no) one.refuse("is no key of a map", why);
+            auto const* const of_map = shared::find_row(shared::map_rows, name);
+            auto const* const of_camera = shared::find_row(shared::camera_rows, name);
+            if (of_map != nullptr) one.set<shared::MapInput>(before, *of_map);
+            else if (of_camera != nullptr) one.set<shared::CameraInput>(before, *of_camera);
+            else value.refuse_key(key, known);
+            if (name != "cameras" && name != "camera") before.words += " " + name + " " + one.dumped();
+        }
+        return before;
+    }
+    static void need_cameras(Value const& value, View const& view)
+    {
+        if (!view.camera.empty() && !view.cameras) value.refuse("has a camera without cameras", "add \"cameras\": \"FILE\"");
+    }
     void read_views(Value const& views)
     {
-        views.allow({"frames", "degrees", "cameras", "camera"});
         if (auto const n = views.get("frames")) frames_ = n->whole(1, 10'000);
         if (auto const d = views.get("degrees")) degrees_ = d->number();
-        views_ = view_of(views, {});
-    }
-    /// Which camera shows a map: those of `before`, but for what the value names.
-    struct View {
-        std::string cameras, camera;               ///< of a file, by its name in the study; empty: none is named
-    };
-    static View view_of(Value const& value, View before)
-    {
-        if (auto const c = value.get("cameras")) before.cameras = c->text();
-        if (auto const c = value.get("camera")) before.camera = c->text();
-        if (!before.camera.empty() && before.cameras.empty()) value.refuse("has a camera without cameras", "add \"cameras\": \"FILE\"");
-        return before;
+        views_ = view_of(views, {}, {"frames", "degrees"});
+        need_cameras(views, views_);
     }
     std::shared_ptr<Subject const> subject(Value const& map)
     {
         if (map.is_text()) return subject(map.text(), {}, views_);
-        map.allow({"file", "name", "cameras", "camera"});
-        auto const of_file = map.get("file");
+        auto const of_file = map.is_object() ? map.get("file") : std::nullopt;
+        auto const view = view_of(map, views_, {"file", "name"});
         if (!of_file) map.refuse("names no map", "write a file, or {\"file\": \"salad.ply\", \"cameras\": \"cameras.json\", \"camera\": \"front\"}");
-        return subject(of_file->text(), map.get("name") ? map.get("name")->text() : "", view_of(map, views_));
+        need_cameras(map, view);
+        return subject(of_file->text(), map.get("name") ? map.get("name")->text() : "", view);
     }
     /// `name`: empty for that of the map's file.
     std::shared_ptr<Subject const> subject(std::string const& map, std::string const& name, View const& view)
     {
         auto out = std::make_shared<Subject>();
-        tilemesh::splat::Camera first;
         scene::Size const size{size_.width, size_.height};
         bool const built_in = map == "built-in";
-        if (built_in) {
-            out->map = scene::built_in_map();
-            first = scene::built_in_camera(size);
-            out->view = "the built-in map's camera";
-        } else {
-            out->map = scene::load_map(file(map), shared::codecs(), scene::FarMeans::moved);
-            if (out->map.gaussians.empty()) throw Error(shared::one_line(map) + " has no Gaussian (there is nothing to render); name another map");
-            first = scene::frame_whole(out->map, size);
-            out->view = "a guessed camera, along +z at the whole map";
-        }
+        std::vector<std::string> notes; // the page has no place for them
+        std::vector<fs::path> maps;
+        if (!built_in) maps.push_back(file(map));
+        out->map = shared::at_degree(shared::load_maps(maps, view), view, notes);
+        if (out->map.gaussians.empty()) throw Error(shared::one_line(map) + " has no Gaussian (there is nothing to render); name another map");
+        out->antialias = view.antialias;
+        auto const shape = shared::shape_of(out->map);
+        tilemesh::splat::Camera first;
         std::string cameras_digest;
-        if (!view.cameras.empty()) {
-            auto const path = file(view.cameras);
-            auto const all = scene::load_cameras(path, nullptr, scene::DistortedLens::refused, size);
-            auto chosen = scene::relative_to_origin(scene::select_cameras(all, view.camera, out->map.name), out->map.origin).front();
-            if (!chosen.names_near) chosen.camera.near_depth = scene::near_for(out->map, chosen.camera);
+        if (!view.cameras) {
+            first = shared::placed_camera(view, shape, size, built_in);
+            out->view = view.from ? "a camera at a point" : built_in ? "the built-in map's camera" : "a guessed camera, along +z at the whole map";
+        } else {
+            auto of_study = view;
+            of_study.cameras = file(view.cameras->string());
+            auto const chosen = shared::load_cameras(of_study, shape, size, notes, study_.read).front();
             first = scene::resized(chosen.camera, size.width, size.height);
-            out->view = "camera " + shared::one_line(label(chosen), 60) + " of " + shared::one_line(view.cameras, 60);
-            cameras_digest = shared::sha256(text_of(path));
+            out->view = "camera " + shared::one_line(label(chosen), 60) + " of " + shared::one_line(view.cameras->string(), 60);
+            cameras_digest = shared::sha256(text_of(*of_study.cameras));
         }
         if (frames_ > 1) out->view += ", " + std::to_string(frames_) + " frames around the map's middle";
         out->name = !name.empty() ? name : built_in ? map : out->map.name;
         out->views = scene::orbit(first, scene::robust_centre(out->map), degrees_, frames_);
         out->key = (built_in ? map : shared::sha256(text_of(file(map)))) + " " + std::to_string(size.width) + " " + std::to_string(size.height) + " " +
-                   std::to_string(frames_) + " " + std::to_string(degrees_) + " " + view.camera + " " + cameras_digest;
+                   std::to_string(frames_) + " " + std::to_string(degrees_) + " " + view.camera + " " + cameras_digest + view.words;
         return out;
     }
     void add_machines(Value const& value)
     {
         auto const load = [&](std::string const& name) {
-            return shared::load_model(file(name), tilemesh::read_machine_file, "machine", "name a file as machines/mk2.txt");
+            return shared::load_model(file(name), tilemesh::read_machine_file, "machine", "name a file as examples/machines/mk2.txt");
         };
         if (value.is_text()) return add_machine(load(value.text()));
         auto const of_file = value.is_object() ? value.get("file") : std::nullopt;

@@ -29,6 +29,7 @@ struct Subject {
     std::string view;                              ///< which camera shows it, for readers
     tilemesh::scene::Map map;
     std::vector<tilemesh::splat::Camera> views;
+    bool antialias = false;                        ///< the map was trained so
 };
 
 /// Prices. A model of `machine` has the prices of the point's machine, changed.

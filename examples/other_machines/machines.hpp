@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/machine/spec.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
 
 // Two machines that are not IPUs, and the slots that a frame gets on each.
 

@@ -18,7 +18,7 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
 /// Prints the ledger of setup S, the assumptions about its machine, and the cost of three frames: a cold start, a step of 0.5 degrees, and

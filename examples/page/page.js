@@ -299,8 +299,8 @@ function showTile({tile}) {
   put("tile-hint", tile === null ? "Click a tile of the grid, or a pixel of the picture."
     : `${count(tile.records)} of ${count(tile.slots)} slots: ${count(tile.anchored)} anchored, ${count(tile.copies)} copies, ` +
       `${count(tile.leaving)} leaving. ${count(tile.counts.pairs)} pairs, ${count(tile.counts.busy_cycles)} modelled cycles. ` +
-      `Refused: ${count(tile.counts.channel_full + tile.counts.no_credit)} by channels, ` +
-      `${count(tile.counts.storage_full + tile.counts.copies_full)} by storage, ${count(tile.counts.copies_refused)} copies given up.`);
+      `Refused: ${Object.entries(tile.counts).filter(([name]) => name !== "pairs" && name !== "busy_cycles")
+        .map(([name, n]) => `${count(n)} ${name.replaceAll("_", " ")}`).join(", ")}.`);
   if (tile === null) return;
   rows($("channels"), [["side", "sent, bytes", "received, bytes", "most messages", "slots"],
     ...tile.channels.map(c => [c.side, count(c.sent_bytes), count(c.received_bytes), count(c.most_messages), count(c.slots)])]);

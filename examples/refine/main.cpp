@@ -1,5 +1,4 @@
 // Makes a map agree better with photographs, on the host.
-#include "../shared/codecs.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
@@ -8,8 +7,6 @@
 #include "options.hpp"
 #include "views.hpp"
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -20,9 +17,10 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/refiner.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/distinct_files.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <unistd.h>
 #include <utility>
@@ -39,29 +37,10 @@ using refine::View;
 using shared::Printer;
 using tilemesh::Error;
 
-/// A number as JSON has it; JSON has no number that is not finite.
-std::string number(double value)
-{
-    if (!std::isfinite(value)) return "null";
-    std::array<char, 32> text{};
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
 /// A number for readers: two decimals.
 std::string rounded(double value)
 {
-    if (!std::isfinite(value)) return "infinite";
-    std::array<char, 64> text{};
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 2).ptr};
-}
-/// A text as JSON has it.
-std::string json_text(std::string const& text)
-{
-    std::string out = "\"";
-    for (char const c : shared::one_line(text)) {
-        if (c == '"' || c == '\\') out += '\\';
-        out += c;
-    }
-    return out + '"';
+    return std::isfinite(value) ? tilemesh::decimals(value, 2) : "infinite";
 }
 
 /// The PSNR of each view.
@@ -141,25 +120,29 @@ struct Facts {
 };
 std::string report_of(Facts const& f, refine::Views const& views, std::vector<double> const& before, std::vector<double> const& after)
 {
-    std::string text = "{\n", held_out;
-    auto const add = [&](char const* name, std::string const& value) {
-        text += std::string("  \"") + name + "\": " + value + (name == std::string("map_sha256") ? "\n}\n" : ",\n");
-    };
+    std::string held_out;
     for (std::size_t i = 0; i < before.size(); ++i)
-        held_out += (i == 0 ? "\n    {\"camera\": " : ",\n    {\"camera\": ") + json_text(views.held_out[i].name) +
-                    ", \"before_psnr_db\": " + number(before[i]) + ", \"after_psnr_db\": " + number(after[i]) + "}";
-    add("before", "{\"psnr_db\": " + number(mean(before)) + "}");
-    add("after", "{\"psnr_db\": " + number(mean(after)) + "}");
-    add("held_out", "[" + held_out + "\n  ]");
-    add("photographs", std::to_string(views.used.size()));
-    add("gaussians", std::to_string(f.gaussians));
-    add("optimiser", json_text(f.optimiser));
-    add("steps", std::to_string(f.done));
-    add("steps_asked", std::to_string(f.steps));
-    add("median_depth", number(f.median_depth));
-    add("host_ms_per_step", number(f.ms / std::max(1u, f.done)));
-    add("map_sha256", json_text(f.sha256));
-    return text;
+        held_out += (i == 0 ? "\n    " : ",\n    ") + report::json_line([&](auto& json) {
+                        json.member("camera", shared::one_line(views.held_out[i].name));
+                        json.member("before_psnr_db", before[i]);
+                        json.member("after_psnr_db", after[i]);
+                    });
+    auto const psnr = [](double db) { return report::json_line([&](auto& json) { json.member("psnr_db", db); }); };
+    report::JsonText json(2);
+    json.object([&] {
+        json.member_as_is("before", psnr(mean(before)));
+        json.member_as_is("after", psnr(mean(after)));
+        json.member_as_is("held_out", "[" + held_out + "\n  ]");
+        json.member("photographs", views.used.size());
+        json.member("gaussians", f.gaussians);
+        json.member("optimiser", f.optimiser);
+        json.member("steps", f.done);
+        json.member("steps_asked", f.steps);
+        json.member("median_depth", f.median_depth);
+        json.member("host_ms_per_step", f.ms / std::max(1u, f.done));
+        json.member("map_sha256", f.sha256);
+    });
+    return json.text() + "\n";
 }
 
 template <class Optimiser>
@@ -167,7 +150,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 {
     mapping::RefineOptions how;
     how.view.threads = o.threads;
-    for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background[c];
+    for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background ? (*o.background)[c] : 0.0f;
     mapping::Refiner<Optimiser> refiner(std::move(map), how);
     float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
     auto const rates = splat::map::usual_rates(depth) * times;
@@ -213,14 +196,15 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
-    auto map = scene::load_map(o.map, shared::codecs(), scene::FarMeans::moved);
+    std::vector<std::string> notes;
+    auto map = shared::load_map(o.map, o, notes);
     if (map.gaussians.empty())
         throw Error(shared::one_line(o.map.string()) + " has no Gaussian (there is nothing to refine); name another map");
     auto views = refine::find_views(o, map);
     check_outputs(o, views.read);
     refine::read_photographs(o, views.held_out);
     refine::read_photographs(o, views.used);
-    for (auto const& note : map.notes) printer.say("note: " + shared::one_line(note) + "\n");
+    for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     for (auto const& note : views.notes) printer.say("note: " + shared::one_line(note) + "\n");
     return o.optimiser == refine::Optimiser::adam ? run_with<splat::map::Adam>(o, std::move(map), views, printer)
                                                   : run_with<splat::map::SecondMomentByKind>(o, std::move(map), views, printer);

@@ -3,6 +3,7 @@
 #include "../shared/picture_input.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -10,11 +11,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>
-#include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/colmap.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/near_plane.hpp>
 #include <utility>
 
 namespace refine {
@@ -42,7 +39,7 @@ View view_of(Options const& options, scene::NamedCamera const& camera, fs::path 
         throw Error(shared::one_line(photograph.string()) + " is no photograph of its camera (it has " + by(own) +
                     " pixels, the camera " + by(whole) +
                     "); name the photographs of these cameras, or choose another --scale");
-    auto const size = reduced ? own : scene::reduced(whole, options.scale);
+    auto const size = options.size ? *options.size : reduced ? own : scene::reduced(whole, options.scale);
     return {camera.name, scene::stretched(camera.camera, size), std::move(photograph), own, {}};
 }
 
@@ -61,24 +58,17 @@ tilemesh::mapping::Target View::target() const
 Views find_views(Options const& options, scene::Map const& map)
 {
     Views out;
-    std::vector<std::string> of_file;
-    auto const lens = options.ignores_distortion ? scene::DistortedLens::ignored : scene::DistortedLens::refused;
-    auto const all = scene::load_cameras(options.cameras, &of_file, lens, {}, &out.read);
-    for (auto const& note : of_file) out.notes.push_back(options.cameras.filename().string() + ": " + note);
-    auto cameras = scene::relative_to_origin(scene::select_cameras(all, "", map.name), map.origin);
-    if (options.near_depth)
-        for (auto& each : cameras) each.camera.near_depth = *options.near_depth;
-    else scene::choose_near(cameras, map);
+    auto cameras = shared::load_cameras(options, shared::shape_of(map), options.size, out.notes, out.read);
     std::stable_sort(cameras.begin(), cameras.end(), [](auto const& a, auto const& b) { return a.name < b.name; });
 
     std::error_code refused;
-    if (!fs::is_directory(options.photos, refused))
-        throw Error("--photos cannot be " + shared::one_line(options.photos.string()) + " (it is no directory" +
+    if (!fs::is_directory(*options.photos, refused))
+        throw Error("--photos cannot be " + shared::one_line(options.photos->string()) + " (it is no directory" +
                     (refused ? ": " + refused.message() : std::string()) + "); name the folder of the photographs");
     std::vector<View> found;
     std::map<fs::path, std::string> taken; // photographs, and the cameras that have them
     for (auto const& camera : cameras) {
-        auto photograph = shared::photograph_of(options.photos, camera.name);
+        auto photograph = shared::photograph_of(*options.photos, camera.name);
         if (photograph.empty()) continue;
         if (auto const [other, first] = taken.emplace(photograph, camera.name); !first)
             throw Error(shared::one_line(photograph.string()) + " is not clear (it may be that of \"" +
@@ -88,32 +78,23 @@ Views find_views(Options const& options, scene::Map const& map)
         found.push_back(view_of(options, camera, std::move(photograph)));
     }
     if (found.size() < 2)
-        throw Error("--photos " + shared::one_line(options.photos.string()) + " has " +
+        throw Error("--photos " + shared::one_line(options.photos->string()) + " has " +
                     (found.empty() ? "no photograph" : "one photograph") +
                     " of these cameras (one is compared, and others are needed; the first camera is \"" +
                     shared::one_line(cameras.front().name, 200) + "\"); name the folder that has them");
     if (found.size() < cameras.size())
         out.notes.push_back(std::to_string(cameras.size() - found.size()) + " of " + std::to_string(cameras.size()) +
-                            " cameras have no photograph in " + options.photos.string() + ", and are left out");
+                            " cameras have no photograph in " + options.photos->string() + ", and are left out");
     for (std::size_t i = 0; i < found.size(); ++i) (i % options.every == 0 ? out.held_out : out.used).push_back(std::move(found[i]));
 
-    for (auto const& file : scene::map_files(options.map)) out.read.push_back(file);
-    out.read.push_back(options.cameras);
-    if (scene::names_colmap(options.cameras)) {
-        auto const [lenses, images] = scene::colmap_files(options.cameras);
-        out.read.insert(out.read.end(), {lenses, images});
-    }
-    std::erase_if(out.read, [](fs::path const& file) { // a folder stands for the files in it
-        std::error_code ignored;
-        return fs::is_directory(file, ignored);
-    });
+    out.read = shared::files_read(options.inputs, options, {options.map}, std::move(out.read));
     return out;
 }
 
 void read_photographs(Options const& options, std::vector<View>& views)
 {
     for (auto& view : views) {
-        auto image = shared::read_picture(view.photograph, view.size, options.background);
+        auto image = shared::read_picture(view.photograph, view.size, options.background.value_or(std::array<float, 3>{}));
         if (view.size.width != view.camera.width || view.size.height != view.camera.height)
             image = report::resized_as_photograph(image, view.camera.width, view.camera.height);
         view.levels.reserve(image.rgb.size());

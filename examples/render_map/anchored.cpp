@@ -9,7 +9,7 @@ using tilemesh::render::HostRenderer;
 
 /// Makes a `Renderer` over the renderer of all setups.
 template <class Renderer>
-std::unique_ptr<render_map::AnyRenderer> make(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<render_map::AnyRenderer> make(tilemesh::scene::Map map, tilemesh::render::Setup facts,
                                               tilemesh::RendererOptions const& options, render_map::EngineKind kind, bool trace)
 {
     HostRenderer::EngineOptions engine;
@@ -19,12 +19,12 @@ std::unique_ptr<render_map::AnyRenderer> make(tilemesh::scene::Map map, tilemesh
 }
 } // namespace
 
-std::unique_ptr<render_map::AnyRenderer> render_map::make_anchored(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<render_map::AnyRenderer> render_map::make_anchored(tilemesh::scene::Map map, tilemesh::render::Setup facts,
                                                                    tilemesh::RendererOptions const& options, EngineKind engine)
 {
     return make<tilemesh::RendererOver<HostRenderer>>(std::move(map), std::move(facts), options, engine, false);
 }
-std::unique_ptr<render_map::AnyRenderer> render_map::make_anchored_traced(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<render_map::AnyRenderer> render_map::make_anchored_traced(tilemesh::scene::Map map, tilemesh::render::Setup facts,
                                                                           tilemesh::RendererOptions const& options, EngineKind engine)
 {
     return make<TracedRenderer<HostRenderer>>(std::move(map), std::move(facts), options, engine, true);

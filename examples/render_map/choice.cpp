@@ -4,7 +4,8 @@
 #include "renderers.hpp"
 #include <algorithm>
 #include <tilemesh/auto_renderer.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
 
@@ -15,17 +16,17 @@ namespace {
 namespace splat = tilemesh::splat;
 namespace render = tilemesh::render;
 
-render::SetupChoice preset_of(Choice const& choice)
+render::Setup preset_of(Choice const& choice)
 {
     switch (choice.preset) {
     case Preset::lossless:
-        return render::choice_of<splat::Lossless>();
+        return splat::setup_of<splat::Lossless>();
     case Preset::paper:
-        return render::choice_of<splat::Paper>();
+        return splat::setup_of<splat::Paper>();
     case Preset::prototype:
         break;
     }
-    return render::choice_of<splat::Prototype>();
+    return splat::setup_of<splat::Prototype>();
 }
 
 /// May the demand choose the parts of the machine? Only for an unchanged `lossless` on host threads.
@@ -37,7 +38,7 @@ bool may_be_fitted(Choice const& choice)
 }
 
 /// The setup on the choice's machine, with the planes that it asks for.
-render::SetupChoice on_machine(render::SetupChoice setup, Choice const& choice)
+render::Setup on_machine(render::Setup setup, Choice const& choice)
 {
     if (choice.machine == MachineKind::test) {
         setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
@@ -51,7 +52,7 @@ render::SetupChoice on_machine(render::SetupChoice setup, Choice const& choice)
 
 } // namespace
 
-render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
+render::Setup setup_of(Choice const& choice, std::uint32_t sh_degree)
 {
     auto setup = preset_of(choice);
     if (choice.saturation) setup.holds = *choice.saturation == SaturationKind::hold;
@@ -64,7 +65,7 @@ render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree)
     return on_machine(render::fitted(setup, sh_degree, true, true), choice);
 }
 
-render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand)
+render::Setup setup_for(Choice const& choice, tilemesh::scene::Demand const& demand)
 {
     if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
     // Records with harmonics always bloom.
@@ -72,22 +73,15 @@ render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand cons
     return on_machine(render::fitted(preset_of(choice), demand.sh_degree, false, blooms), choice);
 }
 
-tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_degree)
+tilemesh::render::Setup homes_of(Choice const& choice, std::uint32_t sh_degree)
 {
     auto const setup = setup_of(choice, sh_degree);
-    render::HomesChoice homes;
-    homes.name = setup.name;
-    homes.fit = true;
-    homes.district = 0;
+    auto homes = splat::as_homes(setup);
+    homes.machine = splat::homes_setup.machine;
     if (choice.machine == MachineKind::file && choice.file.name != nullptr && !choice.keeps_homes)
-        homes = render::on_machine(homes, choice.file, choice.channel_slots);
+        homes = render::on_machine(homes, choice.file, 0, choice.channel_slots);
     else homes.machine = setup.machine;
-    if (choice.machine == MachineKind::test) homes.sizes.held = setup.sizes.storage;
-    homes.sh_degree = sh_degree;
-    homes.colour = setup.colour;
-    homes.depth = choice.depth;
-    homes.alpha = choice.alpha;
-    homes.rules = setup.rules;
+    if (choice.machine == MachineKind::test) homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
 
@@ -100,8 +94,7 @@ std::unique_ptr<AnyRenderer> make_homes(Choice const& choice, tilemesh::scene::M
     auto needed = tilemesh::scene::needed(map, demand);
     // Sequentially, a trace beside the checks costs little.
     if (choice.engine == EngineKind::sequential || choice.trace) return make_homes_traced(std::move(needed), homes, options, choice.engine);
-    if (choice.planes()) return render::make_homes_renderer<render::HomesPlanes>(std::move(needed), homes, options);
-    return render::make_homes_renderer<>(std::move(needed), homes, options);
+    return render::make_homes_renderer(std::move(needed), homes, options);
 }
 
 /// The instruments of whichever program renders.
@@ -134,15 +127,15 @@ std::unique_ptr<AnyRenderer> make_renderer(Choice const& choice, tilemesh::scene
         renderer = with_homes(map);
     } else if (over_ranks) {
         renderer = ranks::make(choice, demand, options);
-        auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->facts(), options);
+        auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, renderer->setup(), options);
         if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     } else {
         auto const setup = setup_for(choice, demand);
         auto needed = tilemesh::scene::needed(map, demand);
         auto const records = needed.gaussians.size();
         auto const make = choice.trace ? make_anchored_traced : make_anchored;
-        renderer = make(std::move(needed), render::facts_of(setup), options, choice.engine);
-        auto const may_fit = render::may_fit_anchored(records, renderer->facts(), options);
+        renderer = make(std::move(needed), render::checked(setup), options, choice.engine);
+        auto const may_fit = render::may_fit_anchored(records, renderer->setup(), options);
         if (!choice.stays_anchored && choice.trace) renderer = std::make_unique<AutoInstruments>(std::move(renderer), with_homes, may_fit);
         else if (!choice.stays_anchored) renderer = std::make_unique<tilemesh::AutoRenderer>(std::move(renderer), with_homes, may_fit);
     }

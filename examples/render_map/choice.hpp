@@ -3,9 +3,9 @@
 #include <memory>
 #include <optional>
 #include <tilemesh/any_renderer.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 
@@ -39,14 +39,14 @@ struct Choice {
     bool planes() const noexcept { return depth || alpha; }
 };
 
-/// The setup of a choice for records of a degree. `tilemesh::render::facts_of` throws if it does not fit.
-tilemesh::render::SetupChoice setup_of(Choice const& choice, std::uint32_t sh_degree);
+/// The setup of a choice for records of a degree. `tilemesh::render::check_setup` throws if it does not fit.
+tilemesh::render::Setup setup_of(Choice const& choice, std::uint32_t sh_degree);
 
 /// The setup of a choice, reduced by a demand: without routing or bloom if the choice allows it and the scene does not need them.
-tilemesh::render::SetupChoice setup_for(Choice const& choice, tilemesh::scene::Demand const& demand);
+tilemesh::render::Setup setup_for(Choice const& choice, tilemesh::scene::Demand const& demand);
 
 /// The choice for the program of homes: the preset's machine, pixels and rules of the picture, with homes for as many records as fit.
-tilemesh::render::HomesChoice homes_of(Choice const& choice, std::uint32_t sh_degree);
+tilemesh::render::Setup homes_of(Choice const& choice, std::uint32_t sh_degree);
 
 using tilemesh::AnyRenderer;
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <tilemesh/report/string_stream.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -18,26 +18,25 @@ namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using tilemesh::report::thousands;
 
-std::string short_number(float v)
+/// The bytes that a step takes on a tile, without its share of the storage.
+std::uint64_t bytes_of(tilemesh::splat::Setup setup, bool tilemesh::splat::Setup::*step)
 {
-    tilemesh::report::StringStream out;
-    out.precision(3);
-    out << v;
-    return out.str();
+    auto const with = tilemesh::splat::frame_bytes(setup, 0);
+    setup.*step = false;
+    return with - tilemesh::splat::frame_bytes(setup, 0);
 }
 
 /// The bytes that routing takes on a tile of `lossless` with records of this degree.
 std::uint64_t routing_bytes(std::uint32_t degree)
 {
     namespace render = tilemesh::render;
-    auto const setup = render::fitted(render::choice_of<splat::Lossless>(), degree, true, true);
-    return splat::routing_bytes(setup.sizes, render::words_of(setup), setup.holds);
+    auto const setup = render::fitted(tilemesh::splat::lossless, degree, true, true);
+    return bytes_of(setup, &tilemesh::splat::Setup::routes);
 }
 
 std::uint64_t bloom_bytes()
 {
-    auto const setup = tilemesh::render::choice_of<splat::Lossless>();
-    return splat::bloom_bytes(setup.sizes, tilemesh::render::words_of(setup));
+    return bytes_of(tilemesh::splat::lossless, &tilemesh::splat::Setup::blooms);
 }
 
 /// The first option that explores the machine as it is; empty: none.
@@ -101,7 +100,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
         return why + "; kept: " + (needs.kept_because.empty() ? "a machine with routing or harmonics has bloom too" : needs.kept_because);
     };
 
-    auto const degree = renderer.sh_degree();
+    auto const degree = renderer.setup().sh_degree;
     std::string colour;
     if (file_degree > map.sh_degree) colour = "--sh-degree " + std::to_string(map.sh_degree) + " of the map's " + std::to_string(file_degree);
     else if (map.sh_degree == 0) colour = "the map has none";
@@ -110,14 +109,14 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     if (degree > seen.sh_degree) colour += "; kept for degree " + std::to_string(degree);
     auto const limit = options.renderer.storage_slots;
     out.push_back({"view-dependent colour", degree != 0,
-                   colour + "; a record of " + std::to_string(renderer.record_bytes()) + " bytes, " +
-                       thousands(limit != 0 ? limit : renderer.storage_slots()) + " slots a tile"});
+                   colour + "; a record of " + std::to_string(tilemesh::render::record_bytes(renderer.setup())) + " bytes, " +
+                       thousands(limit != 0 ? limit : renderer.setup().sizes.storage) + " slots a tile"});
 
     bool const homes = options.renderer.program == tilemesh::report::Program::homes;
     bool const still = !seen.moves;
     std::string const views = thousands(seen.views) + (seen.views == 1 ? " view" : " views");
     if (homes) out.push_back({"routing", false, "records stay on their homes, which send the splats of each view (--program homes)"});
-    else if (!renderer.routes())
+    else if (!renderer.setup().routes)
         out.push_back({"routing", false,
                        (seen.views == 1 ? "one view, so nothing moves" : "all " + views + " are the same, so nothing moves") +
                            std::string("; the host puts each record onto its anchor tile; frees ") +
@@ -129,7 +128,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                            std::to_string(seen.footprint_rows) + " tiles" +
                            (seen.views > scene::views_scanned_whole ? " in the views looked at" : "");
     if (homes) out.push_back({"bloom", false, footprint + "; homes send a splat to each of them (--program homes)"});
-    else if (!renderer.blooms())
+    else if (!renderer.setup().blooms)
         out.push_back({"bloom", false, footprint + "; frees " + bytes_a_tile(bloom_bytes())});
     else
         out.push_back({"bloom", true, seen.spans ? footprint : idle(footprint)});
@@ -144,7 +143,8 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     bool const clamps = options.choice.preset != Preset::lossless || options.renderer.quality == splat::Quality::training;
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
-                       short_number(seen.least_opacity) + " to " + short_number(seen.greatest_opacity) + ")" +
+                       tilemesh::significant(double{seen.least_opacity}, 3) + " to " +
+                       tilemesh::significant(double{seen.greatest_opacity}, 3) + ")" +
                        (clamps ? ", and the preset or the quality clamps" : "; preset lossless never clamps")});
     out.push_back({"order by id", true,
                    seen.ties == 0 ? "no two records have one depth in the first view, but they may in another"
@@ -152,8 +152,8 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
     auto const plane = [&](char const* name, bool asked, bool kept) {
         out.push_back({name, kept, asked ? "asked for" : "not asked for: 4 bytes less a pixel"});
     };
-    plane("depth", options.choice.depth, renderer.has_depth());
-    plane("alpha", options.choice.alpha, renderer.has_alpha());
+    plane("depth", options.choice.depth, renderer.setup().depth);
+    plane("alpha", options.choice.alpha, renderer.setup().alpha);
     return out;
 }
 

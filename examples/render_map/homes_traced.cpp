@@ -4,7 +4,7 @@
 #include <utility>
 
 std::unique_ptr<render_map::AnyRenderer> render_map::make_homes_traced(tilemesh::scene::Map map,
-                                                                       tilemesh::render::HomesChoice const& choice,
+                                                                       tilemesh::render::Setup const& choice,
                                                                        tilemesh::RendererOptions const& options, EngineKind kind)
 {
     TracedHomes::EngineOptions engine;

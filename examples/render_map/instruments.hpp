@@ -14,8 +14,8 @@ struct TileState {
     std::uint32_t records = 0, copies = 0; ///< number of copies among the records
     std::uint64_t pairs =
         0; ///< evaluated pairs; a trace's `Operation::pair` counts as if all workers were as slow as the slowest
-    std::uint32_t channel_full = 0, no_credit = 0;
-    std::uint32_t storage_full = 0, copies_full = 0, copies_refused = 0;
+    std::uint64_t refusals = 0; ///< sends that waited for a full channel or for credit
+    std::uint64_t drops = 0;    ///< records and copies that found no storage, and copies given up at a full channel
     std::uint32_t rounds = 0, entries = 0; ///< program of homes: rounds in which the tile was not done, and splats that it received
     float frontier = 0; ///< program of homes: TileRound::frontier of the tile's last round
 };

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
 
@@ -148,15 +148,15 @@ void check_framebuffers(Options const& options, Extent2 frame)
 
 // --- slots -------------------------------------------------------------------------------------
 
-using tilemesh::render::SetupChoice;
+using tilemesh::render::Setup;
 
-bool fits(SetupChoice const& setup)
+bool fits(Setup const& setup)
 {
     return tilemesh::render::sram_bytes_of(setup) <= setup.machine.sram_bytes;
 }
 
 /// The slots of the smallest channel end that a setup has.
-std::uint32_t channel_slots_of(SetupChoice const& setup)
+std::uint32_t channel_slots_of(Setup const& setup)
 {
     return setup.routes && setup.blooms ? std::min(setup.sizes.road, setup.sizes.beam) : setup.blooms ? setup.sizes.beam : setup.sizes.road;
 }
@@ -164,7 +164,7 @@ std::uint32_t channel_slots_of(SetupChoice const& setup)
 /// Another choice, and the words to type for it.
 struct Other {
     std::string words;
-    SetupChoice setup;
+    Setup setup;
 };
 /// The setups that one more option would give: one of these presets, the test machine, or records without harmonics.
 std::vector<Other> others(Options const& options, Needs const& needs, std::initializer_list<Preset> presets)
@@ -199,12 +199,12 @@ void check_homes(Options const& options, Needs const& needs, std::vector<Shot> c
     auto const choice = homes_of(options.choice, needs.used.sh_degree);
     auto unlimited = options.renderer;
     unlimited.held_slots = 0;
-    std::uint32_t held = choice.sizes.held;
+    std::uint32_t held = choice.sizes.storage;
     Extent2 last{};
     for (auto const& shot : shots) { // many shots have one size
         if (shot.camera.width == last.width && shot.camera.height == last.height) continue;
         last = {shot.camera.width, shot.camera.height};
-        held = std::min(held, tilemesh::render::layout_homes(choice, unlimited, last, needs.seen.gaussians - needs.used.culled).sizes.held);
+        held = std::min(held, tilemesh::render::layout_homes(choice, unlimited, last, needs.seen.gaussians - needs.used.culled).setup.sizes.storage);
     }
     auto const check = [&](char const* option, std::optional<std::uint32_t> asked, std::uint32_t most, char const* what) {
         if (asked && (*asked == 0 || *asked > most))
@@ -214,14 +214,14 @@ void check_homes(Options const& options, Needs const& needs, std::vector<Shot> c
     if (options.renderer.held_slots != 0) check("--held", options.renderer.held_slots, held, "a tile");
     if (!homes) return;
     check("--storage-slots", options.storage_slots, held, "a tile");
-    check("--channel-slots", options.channel_slots, choice.sizes.parcels, "a channel");
+    check("--channel-slots", options.channel_slots, choice.sizes.road, "a channel");
 }
 
 void check_slots(Options const& options, Needs const& needs)
 {
     if (options.renderer.program == tilemesh::report::Program::homes) return; // check_homes
     auto const setup = setup_for(options.choice, needs.used);
-    auto const words = tilemesh::render::words_of(setup);
+    auto const slot = splat::slot_bytes(setup);
     auto const check = [&](std::string const& option, std::optional<std::uint32_t> asked, auto const& slots_of, std::string const& what,
                            std::uint64_t bytes) {
         auto const most = slots_of(setup);
@@ -243,11 +243,11 @@ void check_slots(Options const& options, Needs const& needs)
     };
     auto const& sizes = setup.sizes;
     check(
-        "--storage-slots", options.storage_slots, [](SetupChoice const& s) { return s.sizes.storage; },
-        "of " + std::to_string(words.slot()) + " bytes a tile", std::uint64_t{sizes.storage} * words.slot());
+        "--storage-slots", options.storage_slots, [](Setup const& s) { return s.sizes.storage; },
+        "of " + std::to_string(slot) + " bytes a tile", std::uint64_t{sizes.storage} * slot);
     // A channel has two ends on each of a tile's four sides.
-    auto const road = setup.routes ? std::uint64_t{8} * sizes.road * words.road_message : 0;
-    auto const beam = setup.blooms ? std::uint64_t{8} * sizes.beam * words.beam_message : 0;
+    auto const road = setup.routes ? std::uint64_t{8} * sizes.road * splat::road_bytes(setup) : 0;
+    auto const beam = setup.blooms ? std::uint64_t{8} * sizes.beam * splat::beam_bytes(setup) : 0;
     check("--channel-slots", options.channel_slots, channel_slots_of, "a channel", sizes.one_channel_memory ? std::max(road, beam) : road + beam);
 }
 

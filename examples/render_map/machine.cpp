@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <tilemesh/model/machine_file.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
@@ -16,7 +16,7 @@ void load_machine(Options& options)
 {
     if (!options.machine) return;
     auto file = std::make_shared<tilemesh::MachineFile const>(
-        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as machines/bow.txt"));
+        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as examples/machines/bow.txt"));
     options.choice.file = size_of(*file);
     options.choice.channel_slots = options.channel_slots.value_or(0);
     auto const grid = grid_of(*file);
@@ -40,7 +40,7 @@ void fit_machine(Options& options, std::vector<Shot> const& shots, std::uint64_t
         options.choice.keeps_homes = std::all_of(shots.begin(), shots.end(), [&](Shot const& shot) { // many shots have one size
             tilemesh::Extent2 const size{shot.camera.width, shot.camera.height};
             auto const before = std::exchange(last, size);
-            return (size.width == before.width && size.height == before.height) || keeps_sizes(homes, options.renderer, size, records);
+            return (size.width == before.width && size.height == before.height) || tilemesh::render::keeps_sizes(homes, options.renderer, size, records);
         });
     }
     notes.push_back(machine_text(*options.machine_file));

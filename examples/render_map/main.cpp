@@ -1,5 +1,4 @@
 // render_map: a 3D Gaussian map in, pictures and a report out. `render_map --help` lists the options.
-#include "../shared/codecs.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
@@ -36,9 +35,6 @@
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/records.hpp>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -64,20 +60,20 @@ char const* to_string(splat::Arithmetic arithmetic)
 }
 
 /// Describes the machine of these facts, and its policies.
-void describe_machine(Options const& options, tilemesh::render::SetupFacts const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
+void describe_machine(Options const& options, tilemesh::render::Setup const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
                       splat::Rules const& rules, report::RunReport& run)
 {
-    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, setup.ledger};
+    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, tilemesh::render::ledger_of(setup)};
     run.preset = setup.name;
     run.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
     run.background = {rules.background[0], rules.background[1], rules.background[2]};
     run.policies = {splat::RowFirst::name,
-                    setup.policies.carried != 0 ? splat::Carried::name : splat::Recomputed::name,
-                    setup.policies.ranks == 0    ? (setup.policies.holds != 0 ? splat::Hold::name : splat::Drop::name)
-                    : setup.policies.holds != 0 ? splat::LargestFirst<splat::Hold>::name
+                    setup.carried ? splat::Carried::name : splat::Recomputed::name,
+                    !setup.ranks ? (setup.holds ? splat::Hold::name : splat::Drop::name)
+                    : setup.holds ? splat::LargestFirst<splat::Hold>::name
                                                 : splat::LargestFirst<splat::Drop>::name,
                     to_string(rules.footprint),
-                    setup.policies.reusable != 0 ? splat::WorldCopies::name : splat::ScreenCopies::name,
+                    setup.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
                     setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
                     to_string(rules.arithmetic),
                     options.renderer.hops,
@@ -97,7 +93,7 @@ report::RunReport describe_run(Options const& options, scene::Map const& map, st
     run.ranks = render_map::ranks::number();
     run.threads = options.renderer.threads;
     run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
-    describe_machine(options, renderer.facts(), limited(options.renderer.storage_slots, renderer.storage_slots()),
+    describe_machine(options, renderer.setup(), limited(options.renderer.storage_slots, renderer.setup().sizes.storage),
                      limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.rules(), run);
     return run;
 }
@@ -109,16 +105,16 @@ void describe_homes(Options const& options, render_map::Needs const& needs, rend
     auto const first = std::find_if(run.frames.begin(), run.frames.end(),
                                     [](auto const& frame) { return frame.report.program == report::Program::homes; });
     if (first == run.frames.end()) return;
-    auto const choice = render_map::homes_of(options.choice, renderer.sh_degree());
+    auto const choice = render_map::homes_of(options.choice, renderer.setup().sh_degree);
     auto const layout = tilemesh::render::layout_homes(choice, options.renderer, {first->report.width, first->report.height},
                                                        run.map.gaussians - needs.used.culled);
     auto const limit = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
     auto const& o = options.renderer;
-    describe_machine(options, facts_of(choice, layout.sizes, layout.ledger),
-                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.sizes.held), limit(o.channel_slots, layout.sizes.parcels),
+    describe_machine(options, layout.setup,
+                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.setup.sizes.storage), limit(o.channel_slots, layout.setup.sizes.road),
                      renderer.rules(), run);
     if (run.program != report::Program::automatic) return;
-    auto const anchored = tilemesh::render::facts_of(setup_for(options.choice, needs.used));
+    auto const anchored = tilemesh::render::checked(setup_for(options.choice, needs.used));
     bool const room = tilemesh::render::may_fit_anchored(0, anchored, o).frame({first->report.width, first->report.height});
     run.notes.push_back("from " + first->image + " on, the program of homes renders (" +
                         (room ? "on anchored tiles, records or copies would be missing)" : "anchored tiles have no room for its pixels)"));
@@ -138,19 +134,6 @@ void require_gaussians(scene::Map const& map, std::uint64_t gaussians)
     auto const why = (map.rejected == 0 ? std::string("it has no rows") : "all of its " + thousands(map.rejected) + " rows are rejected") +
                      first_rejected(map);
     throw tilemesh::Error(map.path + " has no Gaussian to render (" + why + "); name another map, or export it again");
-}
-
-/// The map of the command line: all of its files, or the built-in one. `turned`: as --turn says.
-scene::Map load_maps(Options const& options)
-{
-    if (options.maps.empty()) return scene::built_in_map();
-    std::vector<scene::Map> maps;
-    for (auto const& path : options.maps) maps.push_back(scene::load_map(path, shared::codecs(), scene::FarMeans::moved));
-    return scene::join_maps(std::move(maps));
-}
-scene::Map turned(Options const& options, scene::Map map)
-{
-    return options.turn ? scene::turned(std::move(map), *options.turn) : map;
 }
 
 // --- the run -----------------------------------------------------------------------------------
@@ -301,19 +284,15 @@ int run(Options options)
     progress.say("loading the map");
     // Over several processes, each has its part of the rows, and `map` has none.
     bool const in_parts = render_map::ranks::number() > 1;
-    auto map = in_parts ? render_map::ranks::load(options, [&] { return load_maps(options); }) : turned(options, load_maps(options));
+    auto map = in_parts ? render_map::ranks::load(options, [&] { return shared::load_maps(options.maps, {}); }) : shared::load_maps(options.maps, options);
     auto const gaussians = in_parts ? render_map::ranks::gaussians() : map.gaussians.size();
     require_gaussians(map, gaussians);
     require_followed(options, map);
     std::vector<std::string> notes;
     auto const file_degree = map.sh_degree;
-    if (options.sh_degree < map.sh_degree) {
-        notes.push_back("view-dependent colour above degree " + std::to_string(options.sh_degree) +
-                        " left out (--sh-degree); the map has degree " + std::to_string(map.sh_degree));
-        if (in_parts) render_map::ranks::at_degree(options.sh_degree);
-        map = scene::at_degree(std::move(map), options.sh_degree);
-    }
-    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : render_map::shape_of(map);
+    if (in_parts && options.sh_degree < map.sh_degree) render_map::ranks::at_degree(options.sh_degree);
+    map = shared::at_degree(std::move(map), options, notes);
+    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : shared::shape_of(map);
     shape.origin = map.origin;
     std::vector<std::filesystem::path> sized_by;
     auto shots = render_map::make_shots(options, shape, notes, sized_by);
@@ -348,8 +327,8 @@ int run(Options options)
     }
 
     if (in_parts && options.reference) { // the reference reads the whole map
-        map = turned(options, load_maps(options));
-        if (options.sh_degree < map.sh_degree) map = scene::at_degree(std::move(map), options.sh_degree);
+        std::vector<std::string> said;
+        map = shared::at_degree(shared::load_maps(options.maps, options), options, said);
     }
     auto* const tracing = trace ? &*trace : nullptr;
     try {
@@ -426,7 +405,7 @@ int run_arguments(int argc, char** argv)
         return 0;
     }
     if (options.list) {
-        shared::print(render_map::camera_names(options), room, std::cout);
+        shared::print(shared::camera_names(options), room, std::cout);
         return 0;
     }
     shared::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);

@@ -76,7 +76,7 @@ void share(T& object)
     MPI_Bcast(&object, static_cast<int>(sizeof object), MPI_BYTE, 0, all->comm());
 }
 
-MakeRankRenderer& maker_of(Choice const& choice, tilemesh::render::SetupChoice const& setup)
+MakeRankRenderer& maker_of(Choice const& choice, tilemesh::render::Setup const& setup)
 {
     if (!setup.routes && !setup.blooms) return on_ranks_placed_unspread;
     if (!setup.routes) return setup.sh_degree == 0 ? on_ranks_placed : on_ranks_placed_shaded;
@@ -197,7 +197,7 @@ std::unique_ptr<AnyRenderer> make_in_all(Plan plan, std::vector<std::uint64_t> v
             renderer = make(map, choice, plan.options, all->comm());
         } else {
             auto const setup = setup_for(plan.choice, demand);
-            renderer = maker_of(plan.choice, setup)(map, tilemesh::render::facts_of(setup), plan.options, all->comm());
+            renderer = maker_of(plan.choice, setup)(map, tilemesh::render::checked(setup), plan.options, all->comm());
         }
         renderer->hold_to(demand);
     });
@@ -228,9 +228,7 @@ public:
     scene::Map const& map() const override { return own_->map(); } // this process's share
     tilemesh::Extent2 grid() override { return own_->grid(); }
     tilemesh::Extent2 tile() override { return own_->tile(); }
-    tilemesh::render::SetupFacts const& facts() const override { return own_->facts(); }
-    bool routes() const override { return own_->routes(); }
-    bool blooms() const override { return own_->blooms(); }
+    tilemesh::render::Setup const& setup() const override { return own_->setup(); }
 
 private:
     std::unique_ptr<AnyRenderer> own_;

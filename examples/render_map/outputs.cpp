@@ -158,23 +158,14 @@ fs::path prepare_outputs(Options const& options, std::vector<Shot> const& shots,
 
 std::vector<fs::path> files_read(Options const& options, std::vector<Shot> const& shots, std::vector<fs::path> const& sized_by)
 {
-    auto files = options.inputs;
-    files.insert(files.end(), sized_by.begin(), sized_by.end());
+    auto more = sized_by;
     for (auto const& shot : shots)
-        if (shot.photograph && shot.photograph->found) files.push_back(shot.photograph->path);
-    if (options.cameras && tilemesh::scene::names_colmap(*options.cameras)) {
-        auto const [cameras, images] = tilemesh::scene::colmap_files(*options.cameras);
-        files.insert(files.end(), {cameras, images});
-    }
-    for (auto const& map : options.maps)
-        for (auto const& file : tilemesh::scene::map_files(map))
-            if (file != map) files.push_back(file); // of a folder of SOG
-    // A folder stands for the files in it. A file that a model may lack need not be there. A file that cannot be examined stays in the
-    // list.
+        if (shot.photograph && shot.photograph->found) more.push_back(shot.photograph->path);
+    auto files = shared::files_read(options.inputs, options, options.maps, std::move(more));
+    // A file that a model may lack need not be there. A file that cannot be examined stays in the list.
     std::erase_if(files, [](fs::path const& file) {
         std::error_code refused;
-        auto const type = fs::status(file, refused).type();
-        return type == fs::file_type::directory || type == fs::file_type::not_found;
+        return fs::status(file, refused).type() == fs::file_type::not_found;
     });
     return files;
 }

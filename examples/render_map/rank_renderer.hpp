@@ -17,10 +17,10 @@ struct RankSetup : tilemesh::splat::Fitted<tilemesh::splat::Lossless, Degree, Ro
     using Pixel = std::conditional_t<Planes, tilemesh::splat::WithAlpha<tilemesh::splat::WithDepth<tilemesh::splat::FloatPixel>>,
                                      tilemesh::splat::FloatPixel>;
 };
-using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::SetupFacts,
+using MakeRankRenderer = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::Setup,
                                                       tilemesh::RendererOptions const&, MPI_Comm);
 template <bool Planes, std::uint32_t Degree, bool Routes = true, bool Blooms = true>
-std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts,
+std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup facts,
                                            tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Setup = tilemesh::splat::Valued<RankSetup<Planes, Degree, Routes, Blooms>>;
@@ -30,11 +30,11 @@ std::unique_ptr<AnyRenderer> make_on_ranks(tilemesh::scene::Map map, tilemesh::r
     return std::make_unique<tilemesh::RendererOver<Core>>(std::move(map), std::move(facts), options, std::move(engine));
 }
 
-using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::HomesChoice const&,
+using MakeRankHomes = std::unique_ptr<AnyRenderer>(tilemesh::scene::Map, tilemesh::render::Setup const&,
                                                    tilemesh::RendererOptions const&, MPI_Comm);
 /// The program of homes by value: records of any degree up to `Degree`, and colours in either format.
 template <std::uint32_t Degree, class Pixel>
-std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice,
+std::unique_ptr<AnyRenderer> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup const& choice,
                                                  tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
     using Policies = tilemesh::splat::homes::ValuePolicies<Degree, Pixel>;

@@ -1,12 +1,8 @@
 #pragma once
 #include "options.hpp"
-#include <array>
 #include <filesystem>
-#include <functional>
-#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <vector>
@@ -31,9 +27,6 @@ struct Shot {
     std::optional<Photograph> photograph{};
 };
 
-/// The names of the camera file, one per line, in its order. Throws `tilemesh::Error` for a file that cannot be used.
-std::string camera_names(Options const& options);
-
 /// The means and the sizes of a map's Gaussians, as far as a camera without a file depends on them.
 struct Outline {
     struct Point {
@@ -42,16 +35,7 @@ struct Outline {
     };
     std::vector<Point> gaussians;
 };
-/// The middle of a map, and the camera that shows all of it (scene/frame_whole.hpp).
-struct MapShape {
-    std::string name;
-    std::function<glm::dvec3()> centre;
-    std::function<tilemesh::splat::Camera(tilemesh::scene::Size, glm::dvec3 up, double degrees)> whole;
-    std::function<float(tilemesh::splat::Camera const&)> near_plane; ///< for a camera whose file names none (scene/near_plane.hpp)
-    std::array<double, 3> origin{}; ///< the reader of the map has subtracted it
-};
-/// The shape of a map in this process. The map must outlive it.
-MapShape shape_of(tilemesh::scene::Map const& map);
+using shared::MapShape;
 
 /// The cameras that the options select, in rendering order; at least one. A reader's notes about its file are added to `notes`, one line
 /// each; the pictures from which the reader took the sizes of cameras are added to `sized_by`. Throws `tilemesh::Error` for a file that

@@ -8,9 +8,9 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
 #include <vector>
@@ -21,19 +21,11 @@ namespace {
 
 namespace report = tilemesh::report;
 using report::thousands;
+using tilemesh::decimals;
 
 std::string by(std::array<std::uint32_t, 2> const& size)
 {
     return std::to_string(size[0]) + " x " + std::to_string(size[1]);
-}
-
-std::string decimals(double value, int digits)
-{
-    report::StringStream out;
-    out.setf(std::ios::fixed);
-    out.precision(digits);
-    out << value;
-    return out.str();
 }
 
 void print_header(std::ostream& out, report::RunReport const& run)

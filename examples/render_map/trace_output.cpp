@@ -5,7 +5,6 @@
 #include "outputs.hpp"
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -78,10 +77,10 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
                     of_state([](TileState const& t) { return t.copies; }), "copies"});
     maps.push_back(std::move(of_trace[0]));
     maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
-                    true, of_state([](TileState const& t) { return std::uint64_t{t.channel_full} + t.no_credit; }), "sends"});
+                    true, of_state([](TileState const& t) { return t.refusals; }), "sends"});
     maps.push_back(
         {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
-         of_state([](TileState const& t) { return std::uint64_t{t.storage_full} + t.copies_full + t.copies_refused; }), "records"});
+         of_state([](TileState const& t) { return t.drops; }), "records"});
     maps.push_back(std::move(of_trace[1]));
     maps.push_back(std::move(of_trace[2]));
     maps.push_back(
@@ -97,13 +96,6 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
     return maps;
 }
 
-/// Three digits that say something: "0.00392".
-std::string three_digits(double value)
-{
-    std::array<char, 64> text{}; // three digits and an exponent are a tenth of it
-    auto const end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
-    return {text.data(), end.ptr};
-}
 std::string plural(std::uint64_t n, char const* what)
 {
     return thousands(n) + " " + what + (n == 1 ? "" : "s");
@@ -259,7 +251,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
         lines_.push_back({std::to_string(index) + ": " + r.camera, thousands(cost.supersteps.size()), thousands(exchanges),
                           thousands(cost.cycles), ms, utilisation});
         for (auto const& column : counter_columns) lines_.back().push_back(thousands(column.count(r)));
-        if (energy) lines_.back().push_back(report::joules_text(energy->joules));
+        if (energy) lines_.back().push_back(report::significant(energy->joules, 6));
     }
     ++frames_;
     report::StringStream table;
@@ -269,7 +261,7 @@ report::Modelled TraceOutput::add_frame(std::size_t index, report::RunFrame cons
                  utilisation + " of all tile time:\n" + table.str() + confidence_text(model_, trace, cost) + "\n";
     if (energy)
         cost_text_ += "energy by " + shared::one_line(energy_model_->name, 60) + " in frame " + std::to_string(index) + ": " +
-                      report::joules_text(energy->joules) + " J\n";
+                      report::significant(energy->joules, 6) + " J\n";
     if (followed_ != 0) add_life(index, instruments.life());
 
     add_counted(counted_, trace);
@@ -403,9 +395,9 @@ void TraceOutput::add_run(report::HtmlReport& html, report::RunReport const& run
                                     ", copies " + run.policies.copies + ", pixels " + run.policies.pixels +
                                     ", arithmetic " + run.policies.arithmetic + ", hops " +
                                     (run.policies.hops == 0 ? "until quiet" : std::to_string(run.policies.hops))},
-                   {"cut-offs", "quality " + run.quality + ": alpha_min " + three_digits(run.cut_offs.alpha_min) +
-                                    ", transmittance_min " + three_digits(run.cut_offs.transmittance_min) + ", alpha_max " +
-                                    three_digits(run.cut_offs.alpha_max)},
+                   {"cut-offs", "quality " + run.quality + ": alpha_min " + report::significant(run.cut_offs.alpha_min, 3) +
+                                    ", transmittance_min " + report::significant(run.cut_offs.transmittance_min, 3) +
+                                    ", alpha_max " + report::significant(run.cut_offs.alpha_max, 3)},
                    {"cost model", model_.name + ", " + thousands(model_.clock_khz) + " kHz (model.txt)"},
                    {"frames", thousands(frames_)}};
     if (energy_model_) facts.emplace_back("energy model", energy_model_->name);

@@ -18,7 +18,7 @@ class TracedRenderer final : public tilemesh::RendererOver<R>, public Instrument
     using Steps = typename R::Steps;
 
 public:
-    TracedRenderer(tilemesh::scene::Map map, tilemesh::render::SetupFacts facts, tilemesh::RendererOptions const& options,
+    TracedRenderer(tilemesh::scene::Map map, tilemesh::render::Setup facts, tilemesh::RendererOptions const& options,
                    typename R::EngineOptions engine)
         : Base(std::move(map), std::move(facts), options, std::move(engine))
     {
@@ -65,11 +65,8 @@ private:
             }
             auto const& work = mesh.template state<splat::Work>(tile);
             for (auto const evaluated : work.evaluated) to.pairs += std::uint64_t{evaluated} * splat::pairs_a_count;
-            to.channel_full += counts.channel_full;
-            to.no_credit += counts.no_credit;
-            to.storage_full += counts.storage_full;
-            to.copies_full += counts.copies_full;
-            to.copies_refused += counts.copies_refused;
+            to.refusals += counts.by_channels();
+            to.drops += counts.by_storage() + counts.copies_refused;
         }
     }
 

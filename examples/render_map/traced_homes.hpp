@@ -15,7 +15,7 @@ class TracedHomes final : public tilemesh::render::HostHomesRenderer, public Ins
     using Base = tilemesh::render::HostHomesRenderer;
 
 public:
-    TracedHomes(tilemesh::scene::Map map, tilemesh::render::HomesChoice const& choice, tilemesh::RendererOptions const& options,
+    TracedHomes(tilemesh::scene::Map map, tilemesh::render::Setup const& choice, tilemesh::RendererOptions const& options,
                 EngineOptions engine)
         : Base(std::move(map), choice, options, engine)
     {
@@ -72,8 +72,7 @@ private:
                 auto& to = tiles_[t];
                 to.records = mesh.state<homes::Home<Policies>>(tile).size();
                 for (auto const evaluated : mesh.state<homes::Work>(tile).evaluated) to.pairs += std::uint64_t{evaluated} * homes::pairs_a_count;
-                to.channel_full += counts.channel_full;
-                to.no_credit += counts.no_credit;
+                to.refusals += counts.by_channels();
                 to.rounds += counts.rounds;
                 to.entries += counts.arrived;
             }

@@ -37,30 +37,19 @@ struct SeenFrame {
     std::optional<scene::Pose> truth;
 };
 
-/// What the readers say about their files, each note with the name of its file.
-inline void add_notes(std::vector<std::string>& to, std::filesystem::path const& file, std::vector<std::string> const& notes)
-{
-    for (auto const& note : notes) to.push_back(file.filename().string() + ": " + note);
-}
-
-/// The camera of --camera, and what its file says. Without --cameras, `guess`.
+/// The camera of --camera in the pictures' size, and what its file says. Without --cameras, the one that the options place.
 struct FirstCamera {
     tilemesh::splat::Camera camera;
     bool names_near = true;                        ///< the near plane is the file's; or there is no file
     std::vector<std::filesystem::path> sized_by{}; ///< pictures from which `scene::load_cameras` took sizes
 };
-/// `name`: the map's, for a file with the cameras of several. `origin`: what the map's reader subtracted.
-inline FirstCamera first_camera(SequenceOptions const& o, tilemesh::splat::Camera const& guess, scene::Size size, std::string const& name,
-                                std::array<double, 3> const& origin, std::vector<std::string>& notes)
+inline FirstCamera first_camera(SequenceOptions const& o, MapShape const& map, scene::Size size, bool built_in, std::vector<std::string>& notes)
 {
-    FirstCamera out{guess};
-    if (!o.cameras) return out;
-    std::vector<std::string> of_file;
-    auto const cameras = scene::load_cameras(*o.cameras, &of_file, scene::DistortedLens::refused, size, &out.sized_by);
-    add_notes(notes, *o.cameras, of_file);
-    auto const chosen = scene::relative_to_origin(scene::select_cameras(cameras, o.camera, name), origin);
-    out.camera = scene::resized(chosen.front().camera, size.width, size.height);
-    out.names_near = chosen.front().names_near;
+    if (!o.cameras) return {placed_camera(o, map, size, built_in)};
+    FirstCamera out{};
+    auto const chosen = load_cameras(o, map, size, notes, out.sized_by).front();
+    out.camera = scene::resized(chosen.camera, size.width, size.height);
+    out.names_near = chosen.names_near;
     return out;
 }
 
@@ -89,7 +78,7 @@ public:
         : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
     {
         std::vector<double> times;
-        for (std::size_t k = 0; k < list_.size(); k += options_.every) times.push_back(list_[k].colour.seconds);
+        for (std::size_t k = 0; k < list_.size(); k += options_.step()) times.push_back(list_[k].colour.seconds);
         nearest_ = nearest_poses(times, poses_, scene::most_seconds_apart).of_picture;
         auto const is_known = [](auto const& pose) { return pose.has_value(); };
         if (!poses_.empty() && std::none_of(nearest_.begin(), nearest_.end(), is_known))
@@ -103,7 +92,7 @@ public:
     }
     SeenFrame take(std::size_t k) const
     {
-        auto frame = list_[k * options_.every];
+        auto frame = list_[k * options_.step()];
         if (!options_.depth) frame.depth.file.clear();
         auto photo = read_photo(frame, size_, options_.depth_levels, options_.without_depth);
         return {frame.colour.seconds, std::move(photo.colour), std::move(photo.depth), truth(k)};
@@ -130,16 +119,16 @@ public:
         spoiling_.gain_drift = o.gain_drift;
         if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
     }
-    std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.every - 1) / options_.every); }
+    std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.step() - 1) / options_.step()); }
     scene::Pose truth(std::size_t k) const
     {
-        return scene::pose_of(scene::make_camera(path_[std::uint64_t{k} * options_.every].pose, lens_));
+        return scene::pose_of(scene::make_camera(path_[std::uint64_t{k} * options_.step()].pose, lens_));
     }
     /// The picture as it is before it is spoilt.
-    RgbdPhoto clean(std::size_t k) const { return render_(scene::make_camera(path_[std::uint64_t{k} * options_.every].pose, lens_)); }
+    RgbdPhoto clean(std::size_t k) const { return render_(scene::make_camera(path_[std::uint64_t{k} * options_.step()].pose, lens_)); }
     SeenFrame take(std::size_t k) const
     {
-        auto const at = std::uint64_t{k} * options_.every;
+        auto const at = std::uint64_t{k} * options_.step();
         auto const [seconds, pose] = path_[at];
         auto target = render_(scene::make_camera(pose, lens_));
         if (spoiling_.shutter > 0.0) {

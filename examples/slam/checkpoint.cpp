@@ -51,47 +51,6 @@ std::optional<std::string> bytes_of(fs::path const& path, std::string const& wha
     return bytes;
 }
 
-/// A number with all its bits.
-std::string exact(double value)
-{
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%a", value);
-    return text.data();
-}
-
-/// The options that change the state after a frame. --threads changes no bit, --finish works after the last frame. --frames changes the
-/// built-in motion, but no pictures from files and no poses of a file. A page keeps pictures of the map while it grows.
-std::string shaping(Options const& o)
-{
-    std::string text;
-    auto const add = [&](std::string_view name, std::string const& value) { text.append(name).append(" ").append(value).append("\n"); };
-    auto const name_of = [](auto const& path) { return path ? path->stem().string() : std::string(); };
-    add("source", o.photos ? "photos" : o.render ? "map" : "built-in");
-    add("map", o.map ? "given" : "empty");
-    add("scene", o.render ? name_of(o.render) : name_of(o.map));
-    add("cameras", o.cameras ? "given" : "none");
-    add("camera", o.camera);
-    add("trajectory", o.trajectory ? "given" : "none");
-    add("format", o.trajectory_format ? std::to_string(static_cast<int>(*o.trajectory_format)) : "told");
-    add("relative", std::to_string(o.relative));
-    add("near", o.near_depth ? exact(double{*o.near_depth}) : "told");
-    add("depth-scale", exact(o.depth_levels));
-    add("every", std::to_string(o.every));
-    add("frames", o.photos || o.trajectory ? "any" : std::to_string(o.frames));
-    add("size", o.size ? std::to_string(o.size->width) + "x" + std::to_string(o.size->height) : "told");
-    add("noise", exact(o.noise));
-    add("shutter", exact(o.shutter));
-    add("gain-drift", exact(o.gain_drift));
-    add("method", o.method ? std::to_string(static_cast<int>(*o.method)) : "told");
-    add("keyframe-every", std::to_string(o.keyframe_every));
-    add("open", exact(o.most_open));
-    add("steps", std::to_string(o.steps));
-    add("optimiser", tilemesh::slam::name_of(o.optimiser));
-    add("cell", std::to_string(o.cell));
-    add("page", std::to_string(o.page.has_value()));
-    return text;
-}
-
 std::string seal_of(std::string const& made_from, std::string_view count, std::string_view state)
 {
     return shared::sha256(made_from + std::string(count) + shared::sha256(state));
@@ -102,7 +61,8 @@ std::string seal_of(std::string const& made_from, std::string_view count, std::s
 Checkpoint::Checkpoint(Options const& options, std::vector<fs::path> const& read)
     : path_(options.out / checkpoint_file), aside_(options.out / set_aside_file)
 {
-    auto text = shaping(options);
+    std::string text;
+    for (auto const& option : options.shaping) text += option + "\n";
     for (auto const& file : read) {
         auto const bytes = bytes_of(file, "cannot take the digest of ", "make it a readable file, or leave out --resume");
         text += bytes ? shared::sha256(*bytes) + "\n" : "absent\n";

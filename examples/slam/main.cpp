@@ -1,6 +1,5 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
 #include "../shared/camera_path.hpp"
-#include "../shared/codecs.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/report_text.hpp"
@@ -27,12 +26,8 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -56,8 +51,6 @@ namespace scene = tilemesh::scene;
 namespace slam = tilemesh::slam;
 namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
-using shared::json_text;
-using shared::number;
 using shared::Printer;
 using shared::rounded;
 using slam_program::Options;
@@ -128,34 +121,46 @@ void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
     out.evaluations += t.solution.evaluations;
     if (lost && out.lost++ == 0) out.first_loss = t.why;
     out.done.push_back({seen.seconds, t.pose, t.exposure, lost, f.keyframe.has_value()});
-    std::string errors = "null, \"translation_error\": null", off_by, mapped;
+    double degrees = NAN, off = NAN;
+    std::string off_by, mapped;
     if (seen.truth) {
         out.truths.push_back(*seen.truth);
         out.estimates.push_back(t.pose);
         out.truth.push_back({seen.seconds, *seen.truth});
-        double const degrees = glm::length(track::twist_between(*seen.truth, t.pose).phi) * 180.0 / 3.14159265358979323846;
-        double const off = glm::length(t.pose.position - seen.truth->position);
-        errors = number(degrees) + ", \"translation_error\": " + number(off);
+        degrees = glm::length(track::twist_between(*seen.truth, t.pose).phi) * 180.0 / 3.14159265358979323846;
+        off = glm::length(t.pose.position - seen.truth->position);
         off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
     }
     if (f.keyframe) {
         auto const& key = *f.keyframe;
         mapped = ", keyframe: " + std::to_string(key.inserted) + " new, " + std::to_string(key.removed) + " removed, " +
                  std::to_string(key.gaussians) + " Gaussians";
-        out.keyframes += std::string(out.keyframe_count++ == 0 ? "" : ",\n") + "    {\"frame\": " + std::to_string(k) + ", \"seconds\": " +
-                         number(seen.seconds) + ", \"open_share\": " + number(f.open_share) + ", \"inserted\": " +
-                         std::to_string(key.inserted) + ", \"removed\": " + std::to_string(key.removed) + ", \"gaussians\": " +
-                         std::to_string(key.gaussians) + ", \"steps\": " + std::to_string(key.steps) + ", \"psnr_db\": " +
-                         number(key.psnr_db) + ", \"host_ms\": " + number(ms) + "}";
+        out.keyframes += (out.keyframe_count++ == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
+                             json.member("frame", k);
+                             json.member("seconds", seen.seconds);
+                             json.member("open_share", f.open_share);
+                             json.member("inserted", key.inserted);
+                             json.member("removed", key.removed);
+                             json.member("gaussians", key.gaussians);
+                             json.member("steps", key.steps);
+                             json.member("psnr_db", key.psnr_db);
+                             json.member("host_ms", ms);
+                         });
         out.keyframe_ms += ms;
     }
     printer.say("frame " + std::to_string(k) + ": " + track::name_of(t.verdict) + (t.why.empty() ? "" : ", ") + t.why + ", " +
                 std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + "\n");
-    out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(t.verdict) + "\", \"why\": " +
-                  json_text(t.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " +
-                  std::to_string(t.solution.evaluations) +
-                  ", \"mean_cost\": " + number(t.mean_cost) + ", \"keyframe\": " + (f.keyframe ? "true" : "false") + ", \"host_ms\": " +
-                  number(ms) + ", \"rotation_error_deg\": " + errors + "}";
+    out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
+                      json.member("status", track::name_of(t.verdict));
+                      json.member("why", t.why);
+                      json.member("seconds", seen.seconds);
+                      json.member("iterations", t.solution.evaluations);
+                      json.member("mean_cost", t.mean_cost);
+                      json.member("keyframe", f.keyframe.has_value());
+                      json.member("host_ms", ms);
+                      json.member("rotation_error_deg", degrees);
+                      json.member("translation_error", off);
+                  });
 }
 
 /// A view to compare the map with, after the last frame.
@@ -201,32 +206,42 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
 
     std::size_t compared = 0;
     double const psnr = mean_psnr(session, out, compared, view), frames = static_cast<double>(out.done.size());
-    std::string errors;
+    std::optional<track::TrajectoryErrors> errors;
     std::vector<std::pair<std::string, std::string>> numbers{{"Gaussians", std::to_string(session.map().gaussians.size())},
                                                              {"frames", std::to_string(out.done.size())},
                                                              {"lost", std::to_string(out.lost)},
                                                              {"PSNR of other frames, dB", rounded(psnr)}};
     if (!out.truths.empty()) {
-        auto const e = track::trajectory_errors(out.estimates, out.truths);
-        errors = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " +
-                 number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) + ", \"rotation_rmse_deg\": " +
-                 number(e.rotation_deg.rmse) + ", ";
+        auto const e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
         numbers.emplace_back("error of positions, share of the median depth", rounded(e.ate.rmse / facts.scale));
         printer.say("ATE " + rounded(e.ate.rmse) + " world units (" + rounded(e.ate.rmse / facts.scale) + " of the median depth), " +
                     rounded(e.rotation_deg.rmse) + " degrees\n");
     }
     auto const gaussians = session.map().gaussians.size();
-    if (o.report)
-        report::write_whole(
-            *o.report, "{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"keyframes\": [\n" + out.keyframes +
-                           "\n  ],\n  \"summary\": {" + errors + "\"median_depth\": " + number(facts.scale) + ", \"frames\": " +
-                           std::to_string(out.done.size()) +
-                           ", \"frames_lost\": " + std::to_string(out.lost) + ", \"keyframes\": " + std::to_string(out.keyframe_count) +
-                           ", \"psnr_db\": " + number(psnr) + ", \"frames_compared\": " + std::to_string(compared) + ", \"gaussians\": " +
-                           std::to_string(gaussians) + ", \"optimiser\": \"" + slam::name_of(o.optimiser) + "\", \"map_sha256\": \"" +
-                           shared::sha256(bytes) + "\", \"evaluations\": " + std::to_string(out.evaluations) + ", \"keyframe_host_ms\": " +
-                           number(out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count))) +
-                           ", \"host_ms_per_frame\": " + number(out.all_ms / frames) + "}\n}\n");
+    if (o.report) {
+        report::JsonText file(2);
+        file.object([&] {
+            file.member_as_is("frames", "[\n" + out.frames + "\n  ]");
+            file.member_as_is("keyframes", "[\n" + out.keyframes + "\n  ]");
+            file.member_as_is("summary", report::json_line([&](auto& json) {
+                if (errors) shared::add_errors(json, *errors);
+                json.member("median_depth", facts.scale);
+                json.member("frames", out.done.size());
+                json.member("frames_lost", out.lost);
+                json.member("keyframes", out.keyframe_count);
+                json.member("psnr_db", psnr);
+                json.member("frames_compared", compared);
+                json.member("gaussians", gaussians);
+                json.member("optimiser", slam::name_of(o.optimiser));
+                json.member("map_sha256", shared::sha256(bytes));
+                json.member("evaluations", out.evaluations);
+                json.member("keyframe_host_ms",
+                            out.keyframe_ms / static_cast<double>(std::max<std::size_t>(1, out.keyframe_count)));
+                json.member("host_ms_per_frame", out.all_ms / frames);
+            }));
+        });
+        report::write_whole(*o.report, file.text() + "\n");
+    }
     if (growth != nullptr)
         report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()), estimated, truth));
     printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
@@ -345,13 +360,6 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     return end_of(o, out, count, printer);
 }
 
-scene::Map load(std::filesystem::path const& file, std::vector<std::string>& notes)
-{
-    auto map = scene::load_map(file, shared::codecs(), scene::FarMeans::moved);
-    for (auto const& note : map.notes) notes.push_back(note);
-    return map;
-}
-
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
@@ -359,15 +367,13 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{320, 240});
-    auto world = o.photos ? scene::Map{} : o.render ? load(*o.render, notes) : scene::built_in_map();
-    auto map = o.map ? load(*o.map, notes) : scene::Map{};
+    auto world = o.photos ? scene::Map{} : shared::load_map(o.render, o, notes);
+    auto map = o.map ? shared::load_map(o.map, o, notes) : scene::Map{};
     if (!o.photos && o.map && map.origin != world.origin)
         throw Error(o.map->string() + " is not where the map to render is (their origins are apart); take maps of one place");
     if (!o.map) map.origin = world.origin;
     auto const& shown = o.photos ? map : world; // what a near plane may hide
-    auto const name = o.render ? o.render->stem().string() : o.map ? o.map->stem().string() : "built-in";
-    auto const guess = o.photos || o.render ? scene::frame_whole(shown, size) : scene::built_in_camera(size);
-    auto const first = shared::first_camera(o, guess, size, name, map.origin, notes);
+    auto const first = shared::first_camera(o, shared::shape_of(shown), size, !o.photos && !o.render, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
@@ -404,7 +410,7 @@ int run(Options const& o)
         return shared::RgbdPhoto{std::move(seen.colour), std::move(seen.depth)};
     };
     auto path = o.trajectory ? shared::CameraPath{std::move(poses)}
-                             : shared::CameraPath{scene::pose_of(camera), std::uint64_t{o.frames} * o.every};
+                             : shared::CameraPath{scene::pose_of(camera), std::uint64_t{o.frames} * o.step()};
     shared::Renderings const source{o, seen_from, std::move(path), lens};
     // A rendered picture is compared at its true pose, before it was spoilt.
     auto const view = [&](std::size_t k, Done const&) -> std::optional<Compared> {

@@ -20,6 +20,7 @@ struct Options : shared::SequenceOptions {
     tilemesh::slam::Optimiser optimiser = tilemesh::slam::Optimiser::adam;
     std::optional<tilemesh::track::Method> method; ///< none: hybrid, or forward for pictures of less than 320 pixels across
     std::optional<std::filesystem::path> page;
+    std::vector<std::string> shaping; ///< "cell=3", sorted: every given option that may change the state of a run after a frame
 };
 
 /// Reads the command line. Empty after `--help`, which it prints. Throws `tilemesh::Error` for an unknown option or a bad value.

@@ -1,5 +1,4 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
-#include "../shared/codecs.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
@@ -29,21 +28,17 @@
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/demand.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
-#include <tilemesh/scene/map_file.hpp>
-#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
@@ -59,8 +54,6 @@ namespace report = tilemesh::report;
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
-using shared::json_text;
-using shared::number;
 using shared::Printer;
 using shared::rounded;
 using tilemesh::Error;
@@ -127,19 +120,29 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
     if (f.verdict == track::Verdict::lost && out.lost++ == 0) out.first_loss = f.why;
     out.retried += again;
     out.estimated.push_back({seen.seconds, f.pose});
-    std::string errors = "null, \"translation_error\": null", off_by;
+    double degrees = NAN, off = NAN;
+    std::string off_by;
     if (seen.truth) {
         out.truths.push_back(*seen.truth);
         out.estimates.push_back(f.pose);
         out.truth.push_back({seen.seconds, *seen.truth});
-        double const degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846, off = glm::length(f.pose.position - seen.truth->position);
-        errors = number(degrees) + ", \"translation_error\": " + number(off);
+        degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846;
+        off = glm::length(f.pose.position - seen.truth->position);
         off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
     }
     printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why + (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " +
                 rounded(ms) + " ms" + off_by + "\n");
-    out.frames += std::string(k == 0 ? "" : ",\n") + "    {\"status\": \"" + track::name_of(f.verdict) + "\", \"why\": " + json_text(f.why) + ", \"seconds\": " + number(seen.seconds) + ", \"iterations\": " + std::to_string(evaluations) +
-                  ", \"tried_again\": " + (again ? "true" : "false") + ", \"mean_cost\": " + number(f.mean_cost) + ", \"host_ms\": " + number(ms) + ", \"rotation_error_deg\": " + errors + "}";
+    out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
+                      json.member("status", track::name_of(f.verdict));
+                      json.member("why", f.why);
+                      json.member("seconds", seen.seconds);
+                      json.member("iterations", evaluations);
+                      json.member("tried_again", again);
+                      json.member("mean_cost", f.mean_cost);
+                      json.member("host_ms", ms);
+                      json.member("rotation_error_deg", degrees);
+                      json.member("translation_error", off);
+                  });
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.
@@ -151,17 +154,27 @@ void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcom
     report::write_whole(o.out / "paths.svg", paths(estimated, truth));
     if (photos) photos->finish(scene::tum_text(truth));
     auto const count = static_cast<double>(out.estimated.size());
-    std::string summary;
+    std::optional<track::TrajectoryErrors> errors;
     if (!out.truths.empty()) {
-        auto const e = track::trajectory_errors(out.estimates, out.truths);
-        summary = "\"ate_rmse\": " + number(e.ate.rmse) + ", \"ate_aligned_rmse\": " + number(e.ate_aligned.rmse) + ", \"rpe_rmse\": " + number(e.rpe.rmse) + ", \"rpe_deg_rmse\": " + number(e.rpe_deg.rmse) +
-                  ", \"rotation_rmse_deg\": " + number(e.rotation_deg.rmse) + ", ";
+        auto const e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
         printer.say("ATE " + rounded(e.ate.rmse) + " world units (aligned " + rounded(e.ate_aligned.rmse) + "; " + rounded(e.ate.rmse / scale) + " of the median depth), " + rounded(e.rotation_deg.rmse) + " degrees; RPE " +
                     rounded(e.rpe.rmse) + " world units and " + rounded(e.rpe_deg.rmse) + " degrees a frame\n");
     }
-    if (o.report)
-        report::write_whole(*o.report, "{\n  \"frames\": [\n" + out.frames + "\n  ],\n  \"summary\": {" + summary + "\"median_depth\": " + number(scale) + ", \"frames_lost\": " + std::to_string(out.lost) + ", \"frames_tried_again\": " +
-                                           std::to_string(out.retried) + ", \"evaluations\": " + std::to_string(out.evaluations) + ", \"host_ms_per_frame\": " + number(out.all_ms / count) + "}\n}\n");
+    if (o.report) {
+        report::JsonText file(2);
+        file.object([&] {
+            file.member_as_is("frames", "[\n" + out.frames + "\n  ]");
+            file.member_as_is("summary", report::json_line([&](auto& json) {
+                if (errors) shared::add_errors(json, *errors);
+                json.member("median_depth", scale);
+                json.member("frames_lost", out.lost);
+                json.member("frames_tried_again", out.retried);
+                json.member("evaluations", out.evaluations);
+                json.member("host_ms_per_frame", out.all_ms / count);
+            }));
+        });
+        report::write_whole(*o.report, file.text() + "\n");
+    }
     printer.say(std::to_string(out.estimated.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.retried) + " tried again; median depth " + rounded(scale) + " world units; " +
                 rounded(static_cast<double>(out.evaluations) / count) + " evaluations and " + rounded(out.all_ms / count) + " ms a frame\n");
 }
@@ -239,10 +252,9 @@ int run(Options const& o)
     std::vector<scene::RgbdFrame> list;
     if (o.photos) list = scene::load_rgbd(*o.photos);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
-    auto const map = o.map ? scene::load_map(*o.map, shared::codecs(), scene::FarMeans::moved) : scene::built_in_map();
-    auto notes = map.notes;
-    auto const guess = o.map ? scene::frame_whole(map, size) : scene::built_in_camera(size);
-    auto const first = shared::first_camera(o, guess, size, o.map ? o.map->stem().string() : "built-in", map.origin, notes);
+    std::vector<std::string> notes;
+    auto const map = shared::load_map(o.map, o, notes);
+    auto const first = shared::first_camera(o, shared::shape_of(map), size, !o.map, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
@@ -254,8 +266,8 @@ int run(Options const& o)
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
         notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
     if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
-    auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.every;
-    auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.every - 1) / o.every, o.frames);
+    auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.step();
+    auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
 

@@ -3,11 +3,10 @@
 #include "../shared/png.hpp"
 #include "outputs.hpp"
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <string_view>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>
 
@@ -77,11 +76,10 @@ PhotoWriter::PhotoWriter(fs::path folder, double levels) : folder_(std::move(fol
 void PhotoWriter::write(double seconds, report::Image const& colour, report::Plane const& depth)
 {
     auto const name = photo_file(written_++);
-    std::array<char, 64> stamp{};
-    std::snprintf(stamp.data(), stamp.size(), "%.6f", seconds);
+    auto const stamp = tilemesh::decimals(seconds, 6);
     shared::write_png(folder_ / "rgb" / name, colour);
     report::write_whole(folder_ / "depth" / name, depth_png(depth, levels_));
-    list_ += std::string(stamp.data()) + " rgb/" + name + " " + stamp.data() + " depth/" + name + "\n";
+    list_ += stamp + " rgb/" + name + " " + stamp + " depth/" + name + "\n";
 }
 
 void PhotoWriter::finish(std::string const& truth_tum) const

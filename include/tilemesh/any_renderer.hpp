@@ -1,14 +1,12 @@
 #pragma once
 #include <cstdint>
-#include <tilemesh/machine/tile.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -26,18 +24,14 @@ public:
     virtual Extent2 grid() = 0;                           ///< tiles of the last frame; call `render` first
     virtual Extent2 tile() = 0;                           ///< pixels of a tile in the last frame; call `render` first
 
-    virtual render::SetupFacts const& facts() const = 0;  ///< machine, sizes, ledger, bytes of a record
-    virtual bool routes() const = 0;
-    virtual bool blooms() const = 0;
+    virtual render::Setup const& setup() const = 0;       ///< with the sizes of the last frame
 
-    std::uint32_t sh_degree() const { return facts().sh_degree; } ///< degree of the harmonics in a record
-    bool has_depth() const { return facts().has_depth; }          ///< planes beside the picture
-    bool has_alpha() const { return facts().has_alpha; }
-    std::uint32_t record_bytes() const { return facts().record_bytes; }
-    std::uint32_t storage_slots() const { return facts().sizes.storage; }
     /// The slots of one bloom channel. Without bloom: of one routing channel. Without both: 0.
-    std::uint32_t channel_slots() const { return blooms() ? facts().sizes.beam : routes() ? facts().sizes.road : 0; }
-    std::vector<machine::Region> const& ledger() const { return facts().ledger; }
+    std::uint32_t channel_slots() const
+    {
+        auto const& s = setup();
+        return s.program == splat::Program::homes ? s.sizes.road : s.blooms ? s.sizes.beam : s.routes ? s.sizes.road : 0;
+    }
 };
 
 }} // namespace tilemesh

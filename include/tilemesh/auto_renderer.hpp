@@ -10,7 +10,7 @@
 #include <tilemesh/machine/spec.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <utility>
@@ -28,11 +28,11 @@ struct MayFitAnchored {
 
     bool frame(Extent2 size) const noexcept { return fits(cut, size.width, size.height, machine, tile_pixels); }
 };
-inline MayFitAnchored may_fit_anchored(std::uint64_t records, SetupFacts const& facts, RendererOptions const& options) noexcept
+inline MayFitAnchored may_fit_anchored(std::uint64_t records, Setup const& setup, RendererOptions const& options) noexcept
 {
-    std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : facts.machine.tiles;
-    std::uint64_t const slots = options.storage_slots != 0 ? options.storage_slots : facts.sizes.storage;
-    return {records <= tiles * slots, {options.grid, options.tile}, facts.machine, facts.sizes.tile_pixels};
+    std::uint64_t const tiles = options.grid.width != 0 ? std::uint64_t{options.grid.width} * options.grid.height : setup.machine.tiles;
+    std::uint64_t const slots = options.storage_slots != 0 ? options.storage_slots : setup.sizes.storage;
+    return {records <= tiles * slots, {options.grid, options.tile}, setup.machine, setup.sizes.tile_pixels};
 }
 } // namespace render
 
@@ -89,9 +89,7 @@ public:
     scene::Map const& map() const override { return renderer_->map(); }
     Extent2 grid() override { return renderer_->grid(); }
     Extent2 tile() override { return renderer_->tile(); }
-    render::SetupFacts const& facts() const override { return renderer_->facts(); }
-    bool routes() const override { return renderer_->routes(); }
-    bool blooms() const override { return renderer_->blooms(); }
+    render::Setup const& setup() const override { return renderer_->setup(); }
 
     /// The renderer of the last frame, and of the next one unless that would lack something.
     AnyRenderer& current() noexcept { return *renderer_; }

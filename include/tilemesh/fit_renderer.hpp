@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 #include <tilemesh/any_renderer.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/splat/fitted.hpp>
@@ -20,8 +20,8 @@ class RendererOver : public AnyRenderer {
 public:
     using Renderer = R;
 
-    RendererOver(scene::Map map, render::SetupFacts facts, RendererOptions const& options, typename R::EngineOptions engine = {})
-        : renderer_(std::move(map), std::move(facts), options, std::move(engine))
+    RendererOver(scene::Map map, render::Setup const& setup, RendererOptions const& options, typename R::EngineOptions engine = {})
+        : renderer_(std::move(map), setup, options, std::move(engine))
     {
     }
 
@@ -43,9 +43,7 @@ public:
     }
     Extent2 tile() override { return {renderer_.tiling().tile_width, renderer_.tiling().tile_height}; }
     scene::Map const& map() const override { return renderer_.map(); }
-    render::SetupFacts const& facts() const override { return renderer_.facts(); }
-    bool routes() const override { return renderer_.facts().routes; }
-    bool blooms() const override { return renderer_.facts().blooms; }
+    render::Setup const& setup() const override { return renderer_.setup(); }
 
 private:
     R renderer_;
@@ -79,7 +77,7 @@ class RendererOf : public RendererOver<typename detail::Renders<S, Engine>::type
 
 public:
     RendererOf(scene::Map map, RendererOptions const& options, typename Base::Renderer::EngineOptions engine = {})
-        : Base(std::move(map), render::facts_of<S>(options), options, std::move(engine))
+        : Base(std::move(map), render::setup_for<S>(options), options, std::move(engine))
     {
     }
 };

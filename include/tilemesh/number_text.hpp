@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/config.hpp>
@@ -256,6 +257,32 @@ inline std::to_chars_result write_general(char* first, char* last, double value,
 #else
     return detail::write_as_printf(first, last, "%.*g", digits, value);
 #endif
+}
+
+namespace detail {
+/// The text that `write(begin, end)` writes for a finite number; "inf", "-inf" or "NaN" for any other.
+template <class Write>
+std::string text_of_number(double value, Write const& write)
+{
+    if (!std::isfinite(value)) return std::isnan(value) ? "NaN" : value > 0 ? "inf" : "-inf";
+    std::array<char, 400> text{}; // a double has at most 309 digits before the point
+    return {text.data(), write(text.data(), text.data() + text.size()).ptr};
+}
+} // namespace detail
+
+/// The text of a number, independent of the locale: the shortest that reads back as this number; with `digits` digits after the
+/// point, at most 80; with at most `digits` significant digits. A number that is not finite is "inf", "-inf" or "NaN".
+inline std::string number_text(double value)
+{
+    return detail::text_of_number(value, [&](char* first, char* last) { return write_number(first, last, value); });
+}
+inline std::string decimals(double value, int digits)
+{
+    return detail::text_of_number(value, [&](char* first, char* last) { return write_fixed(first, last, value, digits); });
+}
+inline std::string significant(double value, int digits)
+{
+    return detail::text_of_number(value, [&](char* first, char* last) { return write_general(first, last, value, digits); });
 }
 
 }} // namespace tilemesh

@@ -43,10 +43,10 @@ struct CoreOf<S, PortMesh> {
 /// each camera. Records and copies stay on their tiles between frames. So a small step of the camera moves few records, and a static view
 /// moves none.
 ///
-/// `S` is a setup (splat/setup.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, PortMesh (engine/port.hpp), by value also
-/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the host moves references instead of records, and projects each record once per
-/// view: pictures and reports are those of S, in a fraction of the time. Its digests are those of the references, so they differ from the
-/// digests of values.
+/// `S` is a setup (splat/setup_types.hpp): machine, policies, sizes. `Engine` is Mesh, CheckedMesh, PortMesh (engine/port.hpp), by value also
+/// MpiMesh (mpi/mpi_mesh.hpp), or PoplarMesh (poplar/poplar_mesh.hpp), which runs the program on an IPU. With `splat::Referenced<S>` the
+/// host moves references instead of records, and projects each record once per view: pictures and reports are those of S, in a fraction of
+/// the time. Its digests are those of the references, so they differ from the digests of values.
 ///
 /// With the compiled library (TILEMESH_COMPILED), the default engine is PortMesh: all setups by reference share the library's renderer
 /// (render::HostRenderer), except setups with their own routing or blending, and a program compiles no kernel. With headers alone the
@@ -76,7 +76,7 @@ public:
 
     /// `engine`: the engine's other options. The renderer sets its threads and digest from `options`.
     explicit BasicRenderer(scene::Map map, RendererOptions options = {}, EngineOptions engine = {})
-        : Core(std::move(map), render::facts_of<Value>(options), options, for_machine(std::move(engine)))
+        : Core(std::move(map), render::setup_for<Value>(options), options, for_machine(std::move(engine)))
     {
     }
 

@@ -1,6 +1,9 @@
 #pragma once
-/// The whole library, for users. No other header includes this one. It leaves out report/json.hpp and report/json_frame.hpp, because they
-/// need nlohmann-json, and the headers of poplar/, because they need the Poplar SDK. Include those headers in addition to this one.
+/// The umbrella header, for users; no other header includes it. It includes the public headers of machine, engine, model, splat, render,
+/// scene, report and track, and those beside the folders. It leaves out public headers that a program includes in addition:
+/// - headers that need another library: report/json.hpp and report/json_frame.hpp (nlohmann-json), scene/codec_*.hpp (zlib, libzstd,
+///   libwebp), mpi/ (MPI), poplar/ (the Poplar SDK);
+/// - mapping/ and slam/, because few programs make maps, and these headers take seconds to compile.
 #if __cplusplus < 202002L
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
@@ -62,6 +65,7 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
@@ -97,7 +101,7 @@
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_accuracy.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>

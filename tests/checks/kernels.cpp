@@ -19,6 +19,7 @@
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/contribution.hpp>
+#include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/cell_lists.hpp>
 #include <tilemesh/splat/cell_tiles.hpp>
@@ -37,6 +38,7 @@
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/homes/blend.hpp>
 #include <tilemesh/splat/homes/block_lists.hpp>
+#include <tilemesh/splat/homes/counts.hpp>
 #include <tilemesh/splat/homes/deliver.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/homes/program.hpp>
@@ -81,8 +83,8 @@
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
 #include <tilemesh/splat/search.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/sizes.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
 #include <tilemesh/splat/view.hpp>
 
@@ -157,19 +159,20 @@ using Still = splat::Fitted<splat::Lossless, 0, false>;
 using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
-/// The program of homes on the paper's grid at 1280 x 720.
+/// The program of homes on the paper's grid at 1280 x 720: splats held, in a channel end, no beam, in a FIFO; pixels; then homes, blocks and
+/// the table of districts.
 struct Homes {
     using Machine = Mk2;
     using Values = splat::homes::ValuePolicies<>;
-    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 40, 1440};
+    static constexpr splat::Sizes sizes{2000, 120, 0, 120, 640, true, false, 900, 8, 40, 1440};
 };
 struct DistrictHomes : Homes { // a table of 10 x 9 districts
     using Values = splat::homes::DistrictPolicies<2>;
-    static constexpr splat::homes::Sizes sizes{900, 2000, 120, 120, 8, 640, 10, 90};
+    static constexpr splat::Sizes sizes{2000, 120, 0, 120, 640, true, false, 900, 8, 10, 90};
 };
 struct ShadedHomes : Homes { // degree 2, with planes
     using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
-    static constexpr splat::homes::Sizes sizes{300, 1500, 120, 120, 8, 640, 40, 1440};
+    static constexpr splat::Sizes sizes{1500, 120, 0, 120, 640, true, false, 300, 8, 40, 1440};
 };
 } // namespace
 

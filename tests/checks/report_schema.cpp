@@ -1,4 +1,5 @@
-// Usage: report_schema SCHEMA REPORT...
+// Usage: report_schema SCHEMA REPORT... | report_schema --write SCHEMA
+// --write brings the schema up to date with `report_fields`.
 // Each report is valid; all of them together have every member that the schema names; and no report stays valid if a member is left out
 // that each report has, if a member is added, or if a value gets another type.
 #include "../report/json_schema.hpp"
@@ -17,6 +18,10 @@ int main(int argc, char** argv)
         std::ifstream in(path);
         return Json::parse(in);
     };
+    if (argv[1] == std::string("--write")) {
+        auto const text = json_schema::text_of(json_schema::with_fields(parsed(argv[2]))) + "\n";
+        return std::ofstream(argv[2]) << text ? 0 : 1;
+    }
     int failures = 0;
     auto const fail = [&](std::string const& text) {
         std::cerr << "FAILED: " << text << "\n";

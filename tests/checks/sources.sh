@@ -23,7 +23,7 @@ includes=$(grep -HE '^ *# *include' $all ../../examples/heat/heat.hpp ../../exam
 ours() { printf '%s\n' "$includes" | grep -E "^$1[^:]*: <tilemesh/" | grep -vE ": <tilemesh/($2)" || true; }
 
 # Layers: an arrow points to what may be included.
-plain_names='(heat_image|html|image|image_file|number_text|plot|stacked_bars|string_stream|table|whole_file)'
+plain_names='(heat_image|html|image|image_file|json_text|number_text|plot|stacked_bars|string_stream|table|whole_file)'
 plain_reports="report/($plain_names|detail/${plain_names}_code)\\.hpp"
 refuse "config.hpp includes nothing of ours" "$(ours 'config\.hpp' 'nothing')"
 refuse "machine/ includes machine/ and config.hpp" "$(ours machine/ 'machine/|config\.hpp')"
@@ -78,11 +78,14 @@ refuse "a part's detail is its own (the part declares no such name)" "$(printf '
             grep -qE "(struct|class|enum|using|namespace|[A-Za-z0-9_>\*&]) +\*?&?$name\b" || printf '%s\n' "$use"
     done)"
 refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep -v '^\.\./' | grep '"' || true)"
-json='report/(detail/)?json[a-z_]*\.hpp' # what only the users of nlohmann-json include
+json='report/json(_frame)?\.hpp' # what only the users of nlohmann-json include
 refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"
 refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" | grep -vE "^($json): " || true)"
 # shellcheck disable=SC2086
 refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
+# shellcheck disable=SC2086
+refuse "lines over the limit of .clang-format" "$(awk -v most="$(sed -n 's/^ColumnLimit: //p' ../../.clang-format)" \
+    'length > most { print FILENAME ":" FNR ": " length }' $all compiled/*.cpp)"
 version=$(sed -nE 's/^#define TILEMESH_VERSION ([0-9]+).*/\1/p' config.hpp)
 inside="namespace tilemesh \\{ inline namespace v$((version / 10000))_$((version / 100 % 100)) \\{"
 # shellcheck disable=SC2086

@@ -1,6 +1,6 @@
 #!/bin/sh
 # usage: stability.sh PROJECT
-# The catalogue is complete: rows 1 to 90 have one test case each, and tests/README.md has the result of each.
+# The catalogue is complete: rows 1 to 90 have one test case each, and tests/stability/README.md has the result of each.
 set -eu
 export LC_ALL=C
 cd "$1/tests"
@@ -12,10 +12,10 @@ if [ "$cases" != "$rows" ]; then
     printf '%s\n' "$cases" "$rows" | sort -n | uniq -c | awk '$1 != 2 { print $2 }'
     failed=1
 fi
-table=$(sed -n '/^<!-- stability table -->$/,/^<!-- end of stability table -->$/p' README.md)
+table=$(sed -n '/^<!-- stability table -->$/,/^<!-- end of stability table -->$/p' stability/README.md)
 listed=$(printf '%s\n' "$table" | sed -nE 's/^\| ([0-9]+) \|.*/\1/p')
 if [ "$listed" != "$rows" ]; then
-    echo "the table in tests/README.md does not have rows 1 to 90 once each; write it with: cmake --build BUILD --target stability_table"
+    echo "the table in tests/stability/README.md does not have rows 1 to 90 once each; write it with: cmake --build BUILD --target stability_table"
     failed=1
 fi
 # What does not apply is said in both places.

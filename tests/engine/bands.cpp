@@ -1,5 +1,4 @@
 #include "everywhere.hpp"
-#include <doctest/doctest.h>
 #include <tilemesh/mpi/bands.hpp>
 
 using namespace engine_test;

@@ -2,7 +2,6 @@
 #include "control.hpp"
 #include "everywhere.hpp"
 #include <tilemesh/model/no_progress.hpp>
-#include <tuple>
 
 using namespace engine_test;
 

@@ -1,9 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstdint>
+#include "../standard.hpp"
 #include <tilemesh/machine/reduce.hpp>
 #include <tilemesh/machine/tile.hpp>
-#include <vector>
 
 /// Programs of loops, conditions and reductions, and their results, computed on plain host arrays.
 namespace engine_test {

@@ -3,6 +3,7 @@
 
 // Messages over an edge of the grid come back, are dropped, or arrive at the other end. The tests compare words, notes, counters, traces.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engine and on grids of one tile, row and column")
 {

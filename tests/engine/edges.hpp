@@ -1,10 +1,8 @@
 #pragma once
 #include "everywhere.hpp"
-#include <algorithm>
-#include <array>
 
 /// A program on channels of all three edges, and the words that each tile must read, computed by a loop without a mesh.
-namespace engine_test {
+namespace engine_test::on_edges {
 
 template <Edge E>
 struct Lane : Channel<std::uint32_t, 3, E> {
@@ -115,4 +113,4 @@ void check_all_heard(M& mesh)
     check_heard<Edge::wrap>(mesh);
 }
 
-} // namespace engine_test
+} // namespace engine_test::on_edges

@@ -1,14 +1,7 @@
 #pragma once
-#include "../short_form.hpp"
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <memory>
-#include <string>
+#include "../standard.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 /// Runs one program on every engine and number of threads, and checks that all of them agree.
 namespace engine_test {
@@ -16,22 +9,7 @@ using namespace tilemesh;
 
 using tests::fast;
 
-/// SplitMix64: it gives the same numbers with every compiler and library.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint32_t bits()
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
-    }
-    std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(std::uint64_t{bits()} * n >> 32); }
-
-private:
-    std::uint64_t state_;
-};
+using tests::Random;
 
 using WordList = std::vector<std::uint32_t>;
 
@@ -200,19 +178,7 @@ void on_each(Grid grid, F const& f, Program program = {})
 }
 
 /// The text of the Error that f throws; empty if f throws none.
-template <class F>
-std::string error_of(F const& f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return {};
-}
-inline bool has(std::string const& text, std::string const& part)
-{
-    return text.find(part) != std::string::npos;
-}
+using tests::error_of;
+using tests::has;
 
 } // namespace engine_test

@@ -1,6 +1,5 @@
 // Memory follows live records: an idle tile of any capacity costs at most 256 bytes of the host's memory (see `most_bytes_a_tile`).
 #include "everywhere.hpp"
-#include <fstream>
 #include <new>
 #include <sys/mman.h>
 #include <tilemesh/splat/frame_program.hpp>

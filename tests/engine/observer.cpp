@@ -1,7 +1,6 @@
 // test: unoptimised test asan
 #include "everywhere.hpp"
 #include "programs.hpp"
-#include <stdexcept>
 #include <thread>
 
 using namespace engine_test;

@@ -1,10 +1,6 @@
 // test: unoptimised test asan tsan
 #include "programs.hpp"
 #include "everywhere.hpp"
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <set>
 
 using namespace engine_test;
 

@@ -1,10 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstdint>
+#include "../standard.hpp"
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/machine/spec.hpp>
-#include <utility>
-#include <vector>
 
 /// Small programs whose results the tests know from another source.
 namespace engine_test {

@@ -1,9 +1,6 @@
 // test: unoptimised test asan tsan
 #include "control.hpp"
 #include "everywhere.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <vector>
 
 using namespace engine_test;
 

@@ -1,7 +1,6 @@
 // test: unoptimised test asan tsan
 #include "everywhere.hpp"
 #include "programs.hpp"
-#include <algorithm>
 
 using namespace engine_test;
 

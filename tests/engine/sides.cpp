@@ -4,6 +4,7 @@
 
 // Channels that have some of the four sides: every engine moves what the same program moves on channels with all sides.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 namespace {
 

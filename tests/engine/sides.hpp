@@ -1,9 +1,8 @@
 #pragma once
 #include "edges.hpp"
-#include <string>
 
 /// Channels that have some of the four sides. `Full`: the same program on channels with all sides, of which its kernels use as few.
-namespace engine_test {
+namespace engine_test::on_edges {
 
 template <Edge E, Sides S, bool Full>
 struct Way : Channel<std::uint32_t, 3, E, Full ? Sides::all : S> {
@@ -143,4 +142,4 @@ void check_cannon(M& mesh)
     }
 }
 
-} // namespace engine_test
+} // namespace engine_test::on_edges

@@ -4,8 +4,6 @@
 #include "programs.hpp"
 #include <atomic>
 #include <chrono>
-#include <set>
-#include <stdexcept>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/engine/tile_set.hpp>
 

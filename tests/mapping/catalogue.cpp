@@ -1,13 +1,5 @@
 // test: optimised, cost 2
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
-#include <tilemesh/mapping/refiner.hpp>
-#include <vector>
 
 // Refinement of the records of the stability catalogue (tests/stability): steps by a picture that they do not show leave no value that is
 // not finite, and no record that is not valid. Rows about order, mesh and number formats have no record of their own.

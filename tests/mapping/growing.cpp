@@ -1,19 +1,10 @@
 // test: unoptimised test, cost 5
 #include "../slam/support.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
+#include "support.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
-#include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using slam::Mapper;
@@ -116,13 +107,7 @@ Result on_a_mesh(Case const& c, MapperOptions const& m, mapping::MeshRefineOptio
     out.records = mesh.map().gaussians;
     return out;
 }
-/// The messages of a kernel's steps in the last run.
-std::uint64_t messages_of(RunCounters const& run, std::string const& kernel)
-{
-    std::uint64_t n = 0;
-    for (auto const& s : run.steps) n += s.kernel == kernel ? s.messages : 0;
-    return n;
-}
+using support::mapping::messages_of;
 } // namespace
 
 TEST_CASE("growth on the mesh: after three keyframes, the map has the records, ids and order of the host's mapper")
@@ -266,7 +251,7 @@ TEST_CASE("growth on the mesh: what has no ids or no room is refused with a line
     auto const with = [&](auto const& change) {
         auto o = mesh_options(m, {32, 20}, 1, 10);
         change(o);
-        return on_slam::refusal([&] { Growing<Adam> r({}, c.cameras[0], o); });
+        return tests::error_of([&] { Growing<Adam> r({}, c.cameras[0], o); });
     };
     CHECK(with([](auto&) {}).empty());
     CHECK(with([](auto& o) { o.insert.cell = 3; }) ==
@@ -277,12 +262,12 @@ TEST_CASE("growth on the mesh: what has no ids or no room is refused with a line
           "a map cannot grow on tiles without a free slot (record_slots is 0); give the records that a tile may hold");
     Growing<Adam> mesh({}, c.cameras[0], mesh_options(m, {32, 20}, 1, 10));
     auto const insert = [&](std::uint32_t keyframe) {
-        return on_slam::refusal([&] { mesh.insert(c.cameras[0], c.targets[0], keyframe); });
+        return tests::error_of([&] { mesh.insert(c.cameras[0], c.targets[0], keyframe); });
     };
     CHECK(insert(2).empty());
     CHECK(insert(2) == "a keyframe cannot have the number 2 (the map has ids of keyframe 2, and the last number is 4095); number keyframes "
                        "from 1 on, each above the one before");
     CHECK(insert(4096).find("a keyframe cannot have the number 4096") == 0);
     Growing<Adam> again(mesh.map(), c.cameras[0], mesh_options(m, {32, 20}, 1, 10));
-    CHECK(on_slam::refusal([&] { again.insert(c.cameras[0], c.targets[0], 1); }).find("a keyframe cannot have the number 1 (") == 0);
+    CHECK(tests::error_of([&] { again.insert(c.cameras[0], c.targets[0], 1); }).find("a keyframe cannot have the number 1 (") == 0);
 }

@@ -1,20 +1,10 @@
 // test: unoptimised test, cost 4
 #include "../slam/support.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
-#include <tilemesh/mapping/refiner.hpp>
-#include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using splat::map::Adam;
@@ -167,7 +157,7 @@ TEST_CASE("mapping step with harmonics: the bytes of a record, none of them at d
     CHECK(record_bytes<Shaded<SecondMomentByKind, 1>> == 88 + 8 + 36);
     CHECK(record_bytes<Shaded<Adam, 3>> == 180 + 8 + 180);
     auto const c = shaded_cloud(1);
-    CHECK(on_slam::refusal([&] { mapping::MeshRefiner<Shaded<SecondMomentByKind, 1>> r({}, c.views.cameras[0]); }) ==
+    CHECK(tests::error_of([&] { mapping::MeshRefiner<Shaded<SecondMomentByKind, 1>> r({}, c.views.cameras[0]); }) ==
           "a map with harmonics of degree 0 cannot be refined on a mesh with states of degree 1 (the optimiser's states hold the "
           "harmonics); take splat::map::Shaded of the map's degree, or mapping::Refiner");
 }

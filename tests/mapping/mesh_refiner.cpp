@@ -1,38 +1,17 @@
 // test: unoptimised test, cost 6
 #include "support.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
-#include <tilemesh/mapping/refiner.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/splat/footprint.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using splat::map::Adam;
 using splat::map::SecondMomentByKind;
 
 namespace {
-template <class F>
-std::string refusal(F const& f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return "";
-}
 
 /// Every n-th Gaussian of the built-in map, spoilt; one that covers every view, one that none shows, and some with the depths of others.
 struct Case {
@@ -118,13 +97,7 @@ Result on_a_mesh(Case const& c, mapping::MeshRefineOptions const& o)
 using OnThreads = mapping::MeshRefiner<SecondMomentByKind>;
 using Checked = mapping::MeshRefiner<SecondMomentByKind, CheckedMesh>;
 
-/// The messages of a kernel's steps in the last run.
-std::uint64_t messages_of(RunCounters const& run, std::string const& kernel)
-{
-    std::uint64_t n = 0;
-    for (auto const& s : run.steps) n += s.kernel == kernel ? s.messages : 0;
-    return n;
-}
+using support::mapping::messages_of;
 } // namespace
 
 TEST_CASE("mapping step: after 24 steps over 4 views, the map on the mesh has the bits of the host's, and so has each loss")
@@ -446,7 +419,7 @@ TEST_CASE("mapping step: what does not fit is refused with a line")
         auto map = c.start;
         auto o = options_for({32, 20}, 1, 10);
         change(map, o);
-        return refusal([&] { OnThreads r(map, camera, o); });
+        return tests::error_of([&] { OnThreads r(map, camera, o); });
     };
     CHECK(with([](auto&, auto&) {}).empty());
     CHECK(with([](auto&, auto& o) { o.refine.view.tile = {24, 20}; }) ==
@@ -471,15 +444,15 @@ TEST_CASE("mapping step: what does not fit is refused with a line")
     auto const on = [&](std::uint32_t bytes) {
         auto o = options_for({32, 20}, 1, 10);
         o.machine.sram_bytes = bytes;
-        return refusal([&] { OnThreads r(c.start, camera, o); });
+        return tests::error_of([&] { OnThreads r(c.start, camera, o); });
     };
     CHECK(on(needed(5)).empty());
     CHECK(on(needed(5) - 1) ==
           "a map of 5 Gaussians does not fit the tiles of mk2 (the fullest holds 3 records of 88 bytes, and its 5 splats of 240 bytes in "
           "the reference view take 1200 bytes; 960 are left); take smaller tiles, fewer slots of channels or a smaller map");
     OnThreads mesh(c.start, camera, options_for({32, 20}, 1, 10));
-    CHECK(refusal([&] { mesh.step(support::flat_camera(65, 20), {65, 20, std::vector<splat::TargetPixel>(65 * 20)}, steady); })
+    CHECK(tests::error_of([&] { mesh.step(support::flat_camera(65, 20), {65, 20, std::vector<splat::TargetPixel>(65 * 20)}, steady); })
               .find("a picture of 65 x 20 pixels does not fit the mesh (it has 3 x 1 tiles") == 0);
-    CHECK(refusal([&] { mesh.step(camera, mapping::Target{64, 21, {}}, steady); }) ==
+    CHECK(tests::error_of([&] { mesh.step(camera, mapping::Target{64, 21, {}}, steady); }) ==
           "a target of 64 x 21 pixels is no picture of this camera (it has 64 x 20); give pictures of the camera's size");
 }

@@ -1,15 +1,8 @@
 // test: optimised, needs data, without tsan, cost 12
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <string>
-#include <tilemesh/mapping/refiner.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <vector>
 
 using namespace tilemesh;
 

@@ -1,17 +1,6 @@
 // test: unoptimised test, cost 4
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/mapping/refiner.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/harmonics.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using splat::map::Adam;
@@ -19,16 +8,6 @@ using splat::map::Kind;
 using splat::map::SecondMomentByKind;
 
 namespace {
-template <class F>
-std::string refusal(F const& f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return "";
-}
 scene::Map small_cloud(std::uint32_t n, std::uint64_t seed)
 {
     auto gaussians = support::cloud(n, seed);
@@ -204,7 +183,7 @@ TEST_CASE("refiner: one that takes over the records and states of another goes o
     CHECK(same());
 
     auto const refused = [&](std::size_t states, std::size_t harmonics, std::size_t harmonics_states) {
-        return refusal([&] {
+        return tests::error_of([&] {
             second.restore({is.gaussians[0], is.gaussians[1]}, std::vector<float>(harmonics), std::vector<Adam::State>(states),
                            std::vector<splat::map::HarmonicsStep::State>(harmonics_states));
         });
@@ -395,7 +374,7 @@ TEST_CASE("refiner: what it cannot do, it refuses with a line")
     auto const with = [&](auto const& change) {
         mapping::RefineOptions o;
         change(o);
-        return refusal([&] { mapping::Refiner<> r(map, o); });
+        return tests::error_of([&] { mapping::Refiner<> r(map, o); });
     };
     CHECK(with([](auto& o) { o.view.tile = {24, 20}; }) ==
           "tiles cannot have 24 x 20 pixels (sums are rounded by blocks of 16 x 5); take multiples of these");
@@ -405,8 +384,8 @@ TEST_CASE("refiner: what it cannot do, it refuses with a line")
     CHECK(with([](auto& o) { o.rules.coverage = splat::Coverage::preserved; })
               .find("a map that is shown with preserved coverage cannot be refined") == 0);
     mapping::Refiner<> r(map);
-    CHECK(refusal([&] { r.measure(support::lens(40, 30), mapping::Target{40, 31, {}}); }) ==
+    CHECK(tests::error_of([&] { r.measure(support::lens(40, 30), mapping::Target{40, 31, {}}); }) ==
           "a target of 40 x 31 pixels is no picture of this camera (it has 40 x 30); give pictures of the camera's size");
-    CHECK(refusal([&] { (void)mapping::make_target(report::Image(4, 3), report::Plane(3, 4)); }) ==
+    CHECK(tests::error_of([&] { (void)mapping::make_target(report::Image(4, 3), report::Plane(3, 4)); }) ==
           "the depths of a target cannot have 3 x 4 pixels (its picture has 4 x 3); give pictures of one size");
 }

@@ -1,10 +1,7 @@
 #pragma once
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
+#include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/mapping/refiner.hpp>
-#include <vector>
 
 namespace support::mapping {
 
@@ -58,6 +55,13 @@ double mean_psnr(Refiner& refiner, Views const& views)
     double sum = 0;
     for (std::size_t i = 0; i < views.cameras.size(); ++i) sum += refiner.measure(views.cameras[i], views.targets[i]).psnr_db();
     return sum / double(views.cameras.size());
+}
+/// The messages of a kernel's steps in the last run.
+inline std::uint64_t messages_of(RunCounters const& run, std::string const& kernel)
+{
+    std::uint64_t n = 0;
+    for (auto const& s : run.steps) n += s.kernel == kernel ? s.messages : 0;
+    return n;
 }
 
 } // namespace support::mapping

@@ -1,9 +1,6 @@
 // test: unoptimised test asan, without tsan
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tilemesh/model/any_to_any.hpp>
 
 // The bound of an exchange from any tile to any tile: an example computed by hand, the reports of kernels, and refusals.

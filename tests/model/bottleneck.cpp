@@ -1,10 +1,7 @@
 // test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <vector>
 
 // The sentence that a page begins with: what limits a run, from traces put together by hand.
 using namespace tilemesh;

@@ -1,9 +1,6 @@
 // A grid on several chips: the cycles of their borders by hand, in capacity and in messages, and in the files of a trace.
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
-#include <doctest/doctest.h>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/trace_files.hpp>

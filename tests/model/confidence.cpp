@@ -2,16 +2,10 @@
 // What a modelled total rests on: the kinds of prices by their sources; a run's cycles by kind, by hand; every number of mk2().
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
-#include <doctest/doctest.h>
-#include <map>
-#include <numeric>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using engine_test::error_of;

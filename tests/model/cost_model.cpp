@@ -2,10 +2,7 @@
 #include "../engine/everywhere.hpp"
 #include "../splat/support.hpp"
 #include "model_by_hand.hpp"
-#include <map>
 #include <tilemesh/model/any_to_any.hpp>
-#include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
 

@@ -1,7 +1,5 @@
 // test: unoptimised test asan, without tsan
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <sstream>
+#include "../splat/support.hpp"
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
@@ -25,12 +23,7 @@ CostModel read(std::string const& text)
 }
 std::string refusal(std::string const& text)
 {
-    try {
-        read(text);
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return "";
+    return tests::error_of([&] { read(text); });
 }
 /// mk2() as a file, with the first `from` replaced by `to`.
 std::string changed(std::string const& from, std::string const& to)
@@ -218,14 +211,8 @@ struct Counting {
 
 TEST_CASE("cost parameters: a projection does what mk2 counts")
 {
-    splat::Camera camera{};
-    for (int i = 0; i < 3; ++i) camera.rotation[i][i] = 1;
-    camera.fx = camera.fy = 1000;
-    camera.cx = 640;
-    camera.cy = 360;
-    camera.near_depth = 0.2f;
-    camera.width = 1280;
-    camera.height = 720;
+    auto camera = support::flat_camera(1280, 720);
+    camera.cx = 640, camera.cy = 360;
     auto const view = splat::make_view(camera, splat::Rules{});
     auto const tiling = splat::make_tiling(1280, 720, 32, 20);
     splat::Gaussian const g{{0.1f, 0.2f, 3},       {0.5f, 0.5f, 0.5f}, 0.8f,
@@ -265,12 +252,7 @@ TEST_CASE("cost parameters: forward mode and its sums do what mk2 counts")
     splat::pose::blend_moving_pair<true, Counting>(pixel, Real{0.5f}, true, true, Real{1}, Real{1}, paint, motion, splat::pose::AllMotions{});
     counted(blending + Work::moving_flops + Work::moving_depth_flops, 0, Work::moving_others);
 
-    splat::Camera camera{};
-    for (int i = 0; i < 3; ++i) camera.rotation[i][i] = 1;
-    camera.fx = camera.fy = 1000;
-    camera.width = 1280;
-    camera.height = 720;
-    auto const view = splat::make_view(camera, splat::Rules{});
+    auto const view = splat::make_view(support::flat_camera(1280, 720), splat::Rules{});
     splat::pose::detail::MotionBasis<Counting> const basis({{1}, {1}, {1}, {-0.5f}, {0.1f}, {-0.5f}, {0.1f}, {0.1f}}, view);
     using splat::pose::Column;
     (void)splat::pose::power_motion<Column::rho_x>(basis);

@@ -80,7 +80,7 @@ TEST_CASE("slow: 600,000 Gaussians of degree 3 are complete on tiles of Mk2: wit
 {
     auto const map = bench::densified(shaded(1), 600'000);
     auto const camera = tilemesh::scene::built_in_camera({640, 360});
-    tilemesh::render::HomesChoice choice;
+    auto choice = tilemesh::splat::homes_setup;
     choice.fit = true;
     choice.sh_degree = 3;
     choice.rules.arithmetic = tilemesh::splat::Arithmetic::precise;
@@ -90,8 +90,8 @@ TEST_CASE("slow: 600,000 Gaussians of degree 3 are complete on tiles of Mk2: wit
         options.grid = grid;
         tilemesh::render::HomesRenderer<tilemesh::splat::homes::HostPolicies<>> renderer(map, choice, options);
         auto const frame = renderer.render(camera);
-        CHECK(renderer.facts().sram_bytes <= tilemesh::Mk2::sram_bytes);
-        CHECK(renderer.facts().record_bytes == 240);
+        CHECK(tilemesh::render::sram_bytes_of(renderer.setup()) <= tilemesh::Mk2::sram_bytes);
+        CHECK(tilemesh::render::record_bytes(renderer.setup()) == 240);
         CHECK((frame.report.homes.chapters > 1) == (grid.width == 20));
         CHECK(frame.report.homes.unfinished_tiles == 0);
         CHECK(frame.report.homes.entries > 0);

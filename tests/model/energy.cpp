@@ -1,12 +1,5 @@
 // test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <numeric>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
@@ -30,22 +23,7 @@ EnergyModel prices()
     set_energy(e, "tile_cycle", 3, "a test");
     return e;
 }
-template <class F>
-std::string error_of(F f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return {};
-}
-std::string written(EnergyModel const& e)
-{
-    std::ostringstream out;
-    write_energy_model(out, e);
-    return out.str();
-}
+using tests::error_of;
 EnergyModel read(std::string const& text)
 {
     std::istringstream in(text);
@@ -184,21 +162,14 @@ TEST_CASE("energy: invalid names, values and sources are refused")
     CHECK(e.events[0].source == "y");
 }
 
-TEST_CASE("energy: the file gives back the model, and has no line for an event that is not set")
+TEST_CASE("energy: the file")
 {
-    auto const e = prices();
-    auto const text = written(e);
-    CHECK(text.find("energy by hand\nslot          1000      fJ          a test\n") != std::string::npos);
-    CHECK(read(text) == e);
+    CHECK(read("# a test\nenergy by hand\nslot 1000 fJ a test\ncapacity_byte 10 fJ a test\nrouted   20000   fJ   a test\n"
+               "tile_cycle 3 fJ a test\n")
+              .events.size() == 4);
     CHECK(read("energy x\n# nothing is known\n").events.empty());
     CHECK(read("energy x\nslot 5 fJ\ta paper\n").events[0].source == "a paper");
 
-    EnergyModel wrong = e;
-    wrong.events[0].unit = "pJ";
-    CHECK(error_of([&] { written(wrong); }).find("cannot be written") != std::string::npos);
-    wrong = e;
-    wrong.name = "";
-    CHECK(error_of([&] { written(wrong); }).find("name it") != std::string::npos);
     auto const begins = [](std::string const& file, std::string const& start) {
         auto const error = error_of([&] { read(file); });
         CAPTURE(error);
@@ -227,7 +198,6 @@ TEST_CASE("energy: Mk2's range has an energy for each of its operations, with a 
             // What no source has is 0, never a number.
             CHECK((p.kind == PriceKind::documented || (p.kind == PriceKind::guessed && p.value == 0)));
         }
-        CHECK(read(written(*e)) == *e);
     }
     auto const of = [](EnergyModel const& e, char const* name) {
         for (auto const& p : e.events)

@@ -4,14 +4,10 @@
 #include "../engine/everywhere.hpp"
 #include "../splat/support.hpp"
 #include "model_by_hand.hpp"
-#include <doctest/doctest.h>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/trace_files.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using engine_test::error_of;

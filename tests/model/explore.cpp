@@ -1,14 +1,7 @@
 // test: unoptimised test asan, without tsan
 // Fronts and knees of studies: by brute force, by hand, and what may not be on them.
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/model/explore.hpp>
-#include <vector>
 
 using namespace tilemesh;
 
@@ -23,7 +16,7 @@ StudyPoint point(std::string name, double psnr, double ms, std::uint64_t sram = 
     p.psnr_db = psnr, p.modelled_ms = ms, p.sram_bytes = sram, p.exchanged_bytes = bytes;
     return p;
 }
-bool has(std::string const& text, char const* part) { return text.find(part) != std::string::npos; }
+using tests::has;
 
 } // namespace
 
@@ -89,6 +82,8 @@ TEST_CASE("the knee: the point above the chord, of gains in PSNR, then in SRAM; 
     auto const front = front_of(points);
     CHECK(front == std::vector<std::size_t>{1, 2, 3, 0});
     CHECK(knee_of(points, front) == std::size_t{2});
+    std::vector<StudyPoint> const third{point("fast", 40, 1), point("first", 41, 2), point("knee", 58, 3), point("slow", 60, 11)};
+    CHECK(knee_of(third, front_of(third)) == std::size_t{2});
     CHECK(knee_text(points, front) ==
           "The knee, where more time buys more PSNR, is knee (55.00 dB, 2.0000 ms modelled, 100 bytes of SRAM a tile): the point with the most PSNR, slow, takes 5.50 times as long.");
     // A time with losses is on no front and in no sentence, and beats no complete point.

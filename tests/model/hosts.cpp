@@ -1,10 +1,7 @@
 // Predicted frames over hosts: known answers, limits, and the supersteps of a trace.
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
-#include <cmath>
-#include <doctest/doctest.h>
 #include <tilemesh/model/hosts.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using engine_test::error_of;

@@ -1,5 +1,5 @@
 // test: unoptimised test asan, without tsan
-// Machines as files: those of machines/ with their sources, the prices that follow, and what is refused in one line.
+// Machines as files: those of examples/machines/ with their sources, the prices that follow, and what is refused in one line.
 #include "../engine/everywhere.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>
@@ -10,8 +10,8 @@
 #include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/machine_file.hpp>
-#include <tilemesh/render/setup_choice.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/render/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <vector>
 
 using namespace tilemesh;
@@ -26,7 +26,7 @@ std::string folder()
 #if defined(TILEMESH_MACHINES)
     return TILEMESH_MACHINES;
 #else
-    return (std::filesystem::path(__FILE__).parent_path() / "../../machines").string();
+    return (std::filesystem::path(__FILE__).parent_path() / "../../examples/machines").string();
 #endif
 }
 MachineFile load(std::string const& name)
@@ -140,11 +140,11 @@ TEST_CASE("prices of other machines follow from workers and instructions; an unk
 
 TEST_CASE("a pixel processor array of today has no room for a frame, and one with Mk2's bytes a pixel has")
 {
-    auto choice = render::choice_of<splat::Prototype>();
+    auto choice = splat::setup_of<splat::Prototype>();
     auto const today = load("scamp5.txt"), scaled = load("pixels.txt");
     choice.machine = size_of(today);
     choice.sizes = {.storage = 1, .road = 1, .beam = 1, .waiting = 0, .tile_pixels = 64};
-    CHECK(has(error_of([&] { (void)render::facts_of(choice); }), "does not fit"));
+    CHECK(has(error_of([&] { (void)render::checked(choice); }), "does not fit"));
     choice.machine = size_of(scaled);
     auto const filled = render::fill_storage(choice, *grid_of(scaled), {8, 8});
     CHECK(filled.sizes.storage > 300);

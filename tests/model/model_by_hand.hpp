@@ -1,7 +1,6 @@
 #pragma once
-#include <string>
+#include "../standard.hpp"
 #include <tilemesh/model/cost_model.hpp>
-#include <vector>
 
 namespace engine_test {
 /// Numbers with which cycles are easily added up by hand; a cycle is a microsecond.

@@ -1,18 +1,7 @@
 // test: unoptimised test asan
 // The time of a phase on a network: by hand, to the cycle; against a calculation of its own; what a bound guarantees.
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <map>
-#include <set>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/model/network.hpp>
-#include <tuple>
-#include <vector>
 
 using namespace tilemesh;
 
@@ -36,14 +25,9 @@ NetworkTransfer move(NetworkNode from, NetworkNode to, std::uint64_t bytes, std:
 NetworkTime of(Network const& n, std::vector<NetworkTransfer> const& phase) { return time_of(n, phase); }
 std::string refusal(Network const& n, std::vector<NetworkTransfer> const& phase)
 {
-    try {
-        (void)time_of(n, phase);
-    } catch (Error const& error) {
-        return error.what();
-    }
-    return {};
+    return tests::error_of([&] { (void)time_of(n, phase); });
 }
-bool has(std::string const& text, char const* part) { return text.find(part) != std::string::npos; }
+using tests::has;
 
 /// The links of a way as words, walked node by node.
 std::vector<std::string> links_of(Network const& n, NetworkTransfer const& t)

@@ -1,10 +1,6 @@
 // test: unoptimised test asan, without tsan
 #include "../engine/everywhere.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <string>
 #include <tilemesh/model/no_progress.hpp>
-#include <vector>
 
 // Programs that never become quiet: the repetition is found and named; programs that make progress are left alone; most_passes stops a run.
 using namespace engine_test;

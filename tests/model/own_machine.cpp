@@ -1,10 +1,6 @@
 // test: unoptimised test asan tsan
 // The guide's machine, whose list takes the rest of the SRAM.
 #include "../engine/everywhere.hpp"
-#include <cstdint>
-#include <limits>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>

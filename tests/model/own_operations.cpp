@@ -1,7 +1,6 @@
 // test: unoptimised test asan tsan
 #include "../engine/everywhere.hpp"
 #include "model_by_hand.hpp"
-#include <sstream>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/trace_files.hpp>

@@ -1,12 +1,10 @@
 // test: unoptimised test asan tsan
 // The authors' prototype (bench/paper) on small grids, where the result can be found by hand; and the prices that are fitted to it.
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <paper/prototype.hpp>
 #include <paper/prototype_parameters.hpp>
-#include <sstream>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
-#include <vector>
 
 using namespace paper;
 

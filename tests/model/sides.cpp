@@ -1,5 +1,4 @@
 #include "../engine/sides.hpp"
-#include <doctest/doctest.h>
 #include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -8,6 +7,7 @@
 
 // What an exchange costs on channels that have some of the four sides: Cannon's product, with two ends a channel and with eight.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
 namespace {
 template <bool Full>

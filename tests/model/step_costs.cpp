@@ -1,7 +1,5 @@
 // test: unoptimised test asan, without tsan
 #include "model_by_hand.hpp"
-#include <doctest/doctest.h>
-#include <sstream>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/step_costs.hpp>
 

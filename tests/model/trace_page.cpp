@@ -2,13 +2,8 @@
 #include "../../examples/heat/heat.hpp"
 #include "../engine/everywhere.hpp"
 #include "../report/html_elements.hpp"
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tuple>
 
 // The page of a run, for a program that is no splatting: the heat equation, and traces put together by hand.
 using namespace engine_test;
@@ -203,7 +198,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     CHECK(figure(html, "passes") == "2");
     CHECK(figure(html, "exchanges") == "1");
     // 6 compares, 2 * 4 * 20 bytes of capacity, every cycle of both tiles: a nanojoule each.
-    CHECK(has(html, "<dt>energy</dt><dd>" + report::joules_text((6 + 160 + 2 * cycles) / 1e9) + " J</dd>"));
+    CHECK(has(html, "<dt>energy</dt><dd>" + report::significant((6 + 160 + 2 * cycles) / 1e9, 6) + " J</dd>"));
     CHECK(has(html, "<td>compare</td><td>6</td>"));
     CHECK(has(html, "<p>The weakest prices behind this time are guessed: "));
     CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"

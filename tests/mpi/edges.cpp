@@ -1,8 +1,8 @@
 #include "../engine/sides.hpp"
 #include "on_ranks.hpp"
-#include <doctest/doctest.h>
 
 using namespace mpi_test;
+using namespace engine_test::on_edges;
 
 TEST_CASE("all kinds of edges: what wraps from the first row to the last goes from the first rank to the last")
 {

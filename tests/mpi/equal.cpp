@@ -2,7 +2,6 @@
 #include "../engine/control.hpp"
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
-#include <doctest/doctest.h>
 
 using namespace mpi_test;
 

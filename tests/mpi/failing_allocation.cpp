@@ -1,6 +1,5 @@
 #include "failing_allocation.hpp"
-#include <cstddef>
-#include <cstdlib>
+#include "../standard.hpp"
 #include <new>
 #include <unistd.h>
 

@@ -1,11 +1,7 @@
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
 #include "short_of_memory.hpp"
-#include <doctest/doctest.h>
-#include <memory>
-#include <new>
-#include <optional>
-#include <stdexcept>
+#include "../standard.hpp"
 #include <sys/resource.h>
 #include <tilemesh/machine/reduce.hpp>
 

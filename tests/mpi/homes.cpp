@@ -32,9 +32,9 @@ scene::Map shaded_cloud(std::uint32_t n)
     return map;
 }
 /// A test's machine, with degree 1 and both planes.
-render::HomesChoice choice_of(std::uint32_t homes)
+render::Setup choice_of(std::uint32_t homes)
 {
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine = size_of_machine<TestMachine<64u << 20>>();
     choice.sizes.homes = homes;
     choice.sh_degree = 1;

@@ -2,10 +2,6 @@
 #define DOCTEST_CONFIG_IMPLEMENT
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
-#include <algorithm>
-#include <cstdio>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <iostream>
 #include <mpi.h>
 #include <unistd.h>

@@ -1,10 +1,7 @@
 #include "../mapping/support.hpp"
 #include "on_ranks.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/map/grow.hpp>
-#include <utility>
 
 using namespace mpi_test;
 namespace map = tilemesh::splat::map;

@@ -1,6 +1,5 @@
 #include "../engine/programs.hpp"
 #include "on_ranks.hpp"
-#include <doctest/doctest.h>
 
 using namespace mpi_test;
 

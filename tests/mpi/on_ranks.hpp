@@ -1,10 +1,6 @@
 #pragma once
 #include "../engine/everywhere.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <string>
 #include <tilemesh/mpi/mpi_mesh.hpp>
-#include <vector>
 
 /// Runs one program on all ranks, and checks that every rank has the results of a Mesh. The watch between the engine and MPI (watch.cpp)
 /// counts messages, and holds them back at random.

@@ -3,22 +3,11 @@
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
 #include "short_of_memory.hpp"
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <memory>
-#include <span>
-#include <sstream>
-#include <string>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/row_shares.hpp>
 #include <tilemesh/render/ranks/row_weights.hpp>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/ply.hpp>
-#include <utility>
-#include <vector>
 
 using namespace mpi_test;
 using support::Whole;

@@ -2,15 +2,10 @@
 #include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <vector>
 
 using namespace mpi_test;
 using support::Whole;

@@ -1,13 +1,8 @@
 #pragma once
 #include "failing_allocation.hpp"
 #include "on_ranks.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <cstdlib>
-#include <doctest/doctest.h>
 #include <exception>
 #include <new>
-#include <string>
 #include <tilemesh/mpi/detail/ranks.hpp>
 
 /// One rank runs out of memory, at each allocation of the library in turn.

@@ -1,10 +1,6 @@
 // The program that tracks over ranks: its sums, tile by tile and those that rank 0 reads at tile (0, 0), have the bits of one process.
 #include "../splat/pose_case.hpp"
 #include "on_ranks.hpp"
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
-#include <vector>
 
 using namespace mpi_test;
 using namespace tilemesh::track;

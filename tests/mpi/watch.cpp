@@ -1,10 +1,7 @@
 // Stands between the engine and MPI (the profiling interface, PMPI): counts messages and requests, holds calls back at random, and yields.
 #include "on_ranks.hpp"
 #include <chrono>
-#include <functional>
 #include <thread>
-#include <utility>
-#include <vector>
 
 namespace {
 using Clock = std::chrono::steady_clock;

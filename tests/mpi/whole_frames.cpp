@@ -2,18 +2,12 @@
 #include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
 #include "on_ranks.hpp"
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <string>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
-#include <utility>
-#include <vector>
 
 using namespace mpi_test;
 using support::Whole;

@@ -1,22 +1,9 @@
 // test: optimised, without tsan, cost 20
 #include "../../examples/c/tilemesh.h"
 #include "handle.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <numeric>
-#include <string>
 #include <tilemesh/engine/digest.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/orbit.hpp>
-#include <vector>
 
 namespace scene = tilemesh::scene;
 using namespace page_test;
@@ -132,7 +119,7 @@ TEST_CASE("a starved channel loses copies, and the difference shows where")
     auto const frame = handle.report("frame");
     CHECK(frame["lost_copies"].get<int>() > 0);
     CHECK(sum(handle.heat("lost")) == frame["lost_copies"].get<double>() + frame["lost_records"].get<double>());
-    CHECK(frame["missing"].get<std::string>().find(" channel_full") != std::string::npos);
+    CHECK(frame["missing"].get<std::string>().find(" copies (") != std::string::npos);
     CHECK(frame["advice"].get<std::string>().find("hold") != std::string::npos);
     CHECK(frame["difference"]["pixels"].get<int>() > 0);
     auto const painted = static_cast<unsigned char const*>(tilemesh_pixels(handle.at, "difference"));
@@ -248,6 +235,15 @@ TEST_CASE("a mistake is one line, and the handle lives")
         CHECK(tilemesh_set(handle.at, json) == 0);
         CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
     }
+    CHECK(tilemesh_set(handle.at, "{\"chanel_slots\": 3}") == 0); // the nearest name is named
+    CHECK_MESSAGE(handle.error().find("but there is channel_slots") != std::string::npos, handle.error());
+    CHECK(tilemesh_set(handle.at, "{\"sh_degree\": 0}") == 0); // an option of render_map that is no setting says why
+    CHECK_MESSAGE(handle.error().find("it is none: ") != std::string::npos, handle.error());
+    REQUIRE(handle.set({{"antialias", true}}));
+    REQUIRE(handle.render(start));
+    CHECK(handle.report("digest")["picture"] != digest);
+    REQUIRE(handle.set({{"antialias", false}}));
+    REQUIRE(handle.render(start));
     for (std::size_t i = 0; i < 17; ++i)
         for (double const v : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
             auto camera = start;

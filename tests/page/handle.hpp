@@ -1,16 +1,12 @@
 #pragma once
 #include "../../examples/c/tilemesh.h"
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <nlohmann/json.hpp>
-#include <string>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace page_test {
 

@@ -13,13 +13,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 #include <vector>
 
@@ -89,12 +89,12 @@ TEST_CASE("planes and quality have the bits of the C++ renderer")
 {
     auto const map = scene::built_in_map();
     auto const camera = turn(map, 1, {width, height})[0];
-    auto const setup = render::with_planes(render::fitted(render::choice_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
+    auto const setup = render::with_planes(render::fitted(splat::setup_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
     for (auto const quality : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor, splat::Quality::training}) {
         CAPTURE(splat::name(quality));
         tilemesh::RendererOptions options;
         options.quality = quality;
-        render::HostRenderer renderer(map, render::facts_of(setup), options, {});
+        render::HostRenderer renderer(map, render::checked(setup), options, {});
         auto const expected = renderer.render(camera);
         Handle handle;
         REQUIRE(handle.set(small));

@@ -1,39 +1,16 @@
 // test: unoptimised test asan tsan
-// The codelet file that is given to popc, with the stand-in's registrations for its codelets.
+// The codelet file that is given to popc, and its codelets made known to the stand-in.
 #include "../../examples/on_poplar/codelets.cpp"
-#include <standin_vertex.hpp>
+#include "standin/standin.hpp"
 #include <tilemesh/engine/contract.hpp>
 
 namespace {
-using namespace tilemesh::vertices;
-}
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::Clear", Clear, words);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::GatherVotes", GatherVotes, said, any);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::CountPass", CountPass, said, log, again, log_at, touched, reads);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::BeginStep", BeginStep, log, again, at_most, reads);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::BeginLoop", BeginLoop, log, log_at, at_most);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::TestLoop", TestLoop, log, again, log_at);
-POPLAR_STANDIN_VERTEX_NAMED("tilemesh::vertices::TestFlag", TestFlag, word, again);
-
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-ENTER(lossless_project);
-ENTER(lossless_route);
-ENTER(lossless_bloom);
-ENTER(lossless_depth_sort);
-ENTER(lossless_composite);
-ENTER(paper_project);
-ENTER(paper_route);
-ENTER(paper_bloom);
-ENTER(paper_depth_sort);
-ENTER(paper_composite);
-ENTER(homes_project);
-ENTER(homes_begin);
-ENTER(homes_tell);
-ENTER(homes_offer);
-ENTER(homes_deliver);
-ENTER(homes_sort_runs);
-ENTER(homes_merge);
-ENTER(homes_blend);
-ENTER(homes_advance);
-ENTER(homes_finish);
-ENTER(heat_Diffuse);
+namespace vertices = tilemesh::vertices;
+standin::Vertices<vertices::Clear, vertices::GatherVotes, vertices::CountPass, vertices::BeginStep, vertices::BeginLoop, vertices::TestLoop,
+                  vertices::TestFlag> const control;
+standin::Vertices<lossless_project, lossless_route, lossless_bloom, lossless_depth_sort, lossless_composite> const lossless;
+standin::Vertices<paper_project, paper_route, paper_bloom, paper_depth_sort, paper_composite> const paper;
+standin::Vertices<homes_project, homes_begin, homes_tell, homes_offer, homes_deliver, homes_sort_runs, homes_merge, homes_blend, homes_advance,
+                  homes_finish> const of_homes;
+standin::Vertices<heat_Diffuse> const heat;
+} // namespace

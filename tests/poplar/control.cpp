@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 #include "../engine/control.hpp"
 #include "on_poplar.hpp"
-#include <standin_vertex.hpp>
-#include <tilemesh/poplar/codelet.hpp>
 
 // Loops, conditions and reductions as a Poplar graph. It gives the words, counters and traces of a Mesh.
 using namespace engine_test;
@@ -16,42 +14,30 @@ constexpr auto to_all = ReduceTo::all;
 using Nested = NestedDraining;
 using Weighing = Sequence<Reduce<Weight, Sum, to_one>, Reduce<Bits, And, to_all>>;
 
-TILEMESH_VERTEX(drain_OpenTap, Mk2, Draining, OpenTap)
-TILEMESH_VERTEX(drain_Drain, Mk2, Draining, Drain)
-TILEMESH_VERTEX(drain_Refill, Mk2, Draining, Refill)
-TILEMESH_VERTEX(traced_OpenTap, Traced<Mk2>, Draining, OpenTap)
-TILEMESH_VERTEX(traced_Drain, Traced<Mk2>, Draining, Drain)
-TILEMESH_VERTEX(traced_Refill, Traced<Mk2>, Draining, Refill)
-TILEMESH_VERTEX(choose_add_one, Mk2, Choosing, Add<1>)
-TILEMESH_VERTEX(choose_add_ten, Mk2, Choosing, Add<10>)
-TILEMESH_VERTEX(choose_add_hundred, Mk2, Choosing, Add<100>)
-TILEMESH_VERTEX(weigh_sum_weight_begin, Mk2, Weighing, BeginReduce<Weight, Sum, to_one>)
-TILEMESH_VERTEX(weigh_sum_weight, Mk2, Weighing, GoOnReducing<Weight, Sum, to_one>)
-TILEMESH_VERTEX(weigh_and_bits_of_all_begin, Mk2, Weighing, BeginReduce<Bits, And, to_all>)
-TILEMESH_VERTEX(weigh_and_bits_of_all, Mk2, Weighing, GoOnReducing<Bits, And, to_all>)
-TILEMESH_VERTEX(work_Ring, Mk2, Working<true>, Ring)
-TILEMESH_VERTEX(work_work_and_log, Mk2, Working<true>, Work<true>)
-TILEMESH_VERTEX(work_work, Mk2, Working<false>, Work<false>)
-TILEMESH_VERTEX(work_add_hundred, Mk2, Working<false>, Add<100>)
-
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-ENTER(drain_OpenTap);
-ENTER(drain_Drain);
-ENTER(drain_Refill);
-ENTER(traced_OpenTap);
-ENTER(traced_Drain);
-ENTER(traced_Refill);
-ENTER(choose_add_one);
-ENTER(choose_add_ten);
-ENTER(choose_add_hundred);
-ENTER(weigh_sum_weight_begin);
-ENTER(weigh_sum_weight);
-ENTER(weigh_and_bits_of_all_begin);
-ENTER(weigh_and_bits_of_all);
-ENTER(work_Ring);
-ENTER(work_work_and_log);
-ENTER(work_work);
-ENTER(work_add_hundred);
+VERTEX(drain_OpenTap, Traced<Mk2>, Draining, OpenTap)
+VERTEX(drain_Drain, Traced<Mk2>, Draining, Drain)
+VERTEX(drain_Refill, Traced<Mk2>, Draining, Refill)
+VERTEX(nested_OpenTap, Mk2, Nested, OpenTap)
+VERTEX(nested_Drain, Mk2, Nested, Drain)
+VERTEX(nested_Refill, Mk2, Nested, Refill)
+VERTEX(warm_Warm, Mk2, Warming, Warm)
+VERTEX(warm_Spread, Mk2, Warming, Spread)
+VERTEX(warm_Cool, Mk2, Warming, Cool)
+VERTEX(warm_most_change_of_all_begin, Mk2, Warming, BeginReduce<Change, Most, to_all>)
+VERTEX(warm_most_change_of_all, Mk2, Warming, GoOnReducing<Change, Most, to_all>)
+VERTEX(warm_Judge, Mk2, Warming, Judge)
+VERTEX(warm_Forget, Mk2, Warming, Forget)
+VERTEX(choose_add_one, Mk2, Choosing, Add<1>)
+VERTEX(choose_add_ten, Mk2, Choosing, Add<10>)
+VERTEX(choose_add_hundred, Mk2, Choosing, Add<100>)
+VERTEX(weigh_sum_weight_begin, Mk2, Weighing, BeginReduce<Weight, Sum, to_one>)
+VERTEX(weigh_sum_weight, Mk2, Weighing, GoOnReducing<Weight, Sum, to_one>)
+VERTEX(weigh_and_bits_of_all_begin, Mk2, Weighing, BeginReduce<Bits, And, to_all>)
+VERTEX(weigh_and_bits_of_all, Mk2, Weighing, GoOnReducing<Bits, And, to_all>)
+VERTEX(work_Ring, Mk2, Working<true>, Ring)
+VERTEX(work_work_and_log, Mk2, Working<true>, Work<true>)
+VERTEX(work_work, Mk2, Working<false>, Work<false>)
+VERTEX(work_add_hundred, Mk2, Working<false>, Add<100>)
 
 namespace {
 using poplar_test::on_both;
@@ -68,7 +54,7 @@ TEST_CASE("poplar: a Loop takes the rounds of a Mesh, with an UntilQuiet and a L
             CAPTURE(at_most);
             Draining program;
             std::get<1>(program.steps).at_most = at_most;
-            auto const runs = on_both<Draining>("drain", grid, fill, 2, program);
+            auto const runs = on_both<Draining, Traced<Mk2>>("drain", grid, fill, 2, program);
             if (grid.size() > 2 && at_most != 0) CHECK(runs[0].loops[0].rounds == std::min(3u, at_most));
             if (grid.size() == 1) CHECK(runs[0].loops[0].rounds == 0); // the only tile has no water, so no tile votes busy
         }
@@ -139,18 +125,9 @@ TEST_CASE("poplar: reduce_on of another grid is refused when the mesh is built")
     CHECK(has(refused({3, 3}), "for a grid of 3 x 2 tiles (the mesh has 3 x 3)"));
 }
 
-TEST_CASE("poplar: the trace of a program with a Loop is that of a Mesh")
+TEST_CASE("poplar: the graph's variables are the ledger of programs with loops, conditions and reductions")
 {
-    for (std::uint32_t const water : {0u, 1u}) {
-        auto const load = [&](auto& mesh) { if (water != 0) fill(mesh); };
-        Mesh<Draining, Traced<Mk2>> mesh{{}, Grid{3, 2}};
-        PoplarMesh<Draining, Traced<Mk2>> graph{{}, Grid{3, 2}, poplar_test::options("traced")};
-        load(mesh);
-        load(graph);
-        for (int r = 0; r < 2; ++r) {
-            check_same(mesh.run(), graph.run());
-            CHECK(mesh.trace() == graph.trace());
-        }
-    }
+    poplar_test::check_ledger<Warming>("warm", Grid{6, 5});
+    poplar_test::check_ledger<Nested>("nested", Grid{6, 5});
 }
 } // namespace

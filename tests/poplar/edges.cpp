@@ -1,20 +1,21 @@
 // test: unoptimised test asan, without tsan
-#include "../engine/edges.hpp"
+#include "../engine/sides.hpp"
 #include "on_poplar.hpp"
-#include <standin_vertex.hpp>
-#include <tilemesh/poplar/codelet.hpp>
 
-// Channels of all three edges as a Poplar graph. At an edge of the grid, messages come back, are dropped, or arrive at the other end.
+// Channels of all three edges, and channels that have some of the four sides, as a Poplar graph: variables, edges of vertices and copies for
+// their ends alone. At an edge of the grid, messages come back, are dropped, or arrive at the other end.
 using namespace engine_test;
+using namespace engine_test::on_edges;
 
-TILEMESH_VERTEX(edges_call_reflecting, Traced<Mk2>, Edges, Call<Edge::reflect>)
-TILEMESH_VERTEX(edges_call_dropping, Traced<Mk2>, Edges, Call<Edge::drop>)
-TILEMESH_VERTEX(edges_call_wrapping, Traced<Mk2>, Edges, Call<Edge::wrap>)
-
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-ENTER(edges_call_reflecting);
-ENTER(edges_call_dropping);
-ENTER(edges_call_wrapping);
+using Reflecting = Some<Edge::reflect, Sides::north | Sides::west>;
+using Dropping = Some<Edge::drop, Sides::east>;
+VERTEX(edges_call_reflecting, Traced<Mk2>, Edges, Call<Edge::reflect>)
+VERTEX(edges_call_dropping, Traced<Mk2>, Edges, Call<Edge::drop>)
+VERTEX(edges_call_wrapping, Traced<Mk2>, Edges, Call<Edge::wrap>)
+VERTEX(reflecting_send_some, Traced<Mk2>, Reflecting, SendSome<Edge::reflect, Sides::north | Sides::west, false>)
+VERTEX(dropping_send_some, Traced<Mk2>, Dropping, SendSome<Edge::drop, Sides::east, false>)
+VERTEX(cannon_multiply, Traced<Mk2>, Cannon<false>, Multiply<false>)
+VERTEX(cannon_forget, Traced<Mk2>, Cannon<false>, Forget<false>)
 
 TEST_CASE("poplar: edges reflect, drop and wrap as on a Mesh, on grids of one tile, row and column")
 {
@@ -22,14 +23,28 @@ TEST_CASE("poplar: edges reflect, drop and wrap as on a Mesh, on grids of one ti
         CAPTURE(grid.width);
         CAPTURE(grid.height);
         poplar_test::on_both<Edges, Traced<Mk2>>("edges", grid, [](auto& mesh) { load_edges(mesh); }, 2);
-        standin::With const restore(standin::settings());
-        PoplarMesh graph{Edges{}, grid, Traced<Mk2>{}, poplar_test::options("edges")};
-        Mesh mesh{Edges{}, grid, Traced<Mk2>{}};
-        load_edges(graph);
-        load_edges(mesh);
-        graph.run();
-        mesh.run();
-        check_all_heard(graph);
-        CHECK(graph.trace() == mesh.trace());
     }
+}
+
+TEST_CASE("poplar: channels of some sides move what a Mesh moves")
+{
+    for (Grid grid : edge_grids) {
+        CAPTURE(grid.width);
+        CAPTURE(grid.height);
+        poplar_test::on_both<Reflecting, Traced<Mk2>>("reflecting", grid,
+            [](auto& mesh) { load_some<Edge::reflect, Sides::north | Sides::west>(mesh); }, 2);
+        poplar_test::on_both<Dropping, Traced<Mk2>>("dropping", grid, [](auto& mesh) { load_some<Edge::drop, Sides::east>(mesh); }, 2);
+    }
+}
+
+TEST_CASE("poplar: Cannon's product on two ends a channel")
+{
+    PoplarMesh graph{cannon<false>(), Grid{cannon_side, cannon_side}, Traced<Mk2>{}, poplar_test::options("cannon")};
+    load_cannon(graph);
+    graph.run();
+    check_cannon(graph);
+    // Two channels with an end in and an end out less three ends each: six spans of a vertex's fields in `multiply`, and of the ends that it
+    // reads; and as many heads of mail to forget.
+    auto const some = on_poplar::vertex_bytes<Cannon<false>>(), full = on_poplar::vertex_bytes<Cannon<true>>();
+    CHECK(full - some == 8 * (2 * (3 + 3) + 2 * 3 + 2 * 3 + 2 * 3)); // multiply; forget's reads, and what it forgets; the start
 }

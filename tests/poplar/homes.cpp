@@ -3,8 +3,6 @@
 #include "../splat/support.hpp"
 #include "on_poplar.hpp"
 #include <array>
-#include <standin_vertex.hpp>
-#include <tilemesh/poplar/ledger.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 
 // The program of homes as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.
@@ -18,11 +16,11 @@ using Threads = render::HomesRenderer<ByValue>;
 using OnGraph = render::HomesRenderer<ByValue, PoplarMesh, Mk2>; // the vertices of examples/on_poplar/codelets.cpp
 
 /// Homes for half of the records, if the map comes in `chapters`. Tiles hold 8 splats, channels 4.
-render::HomesChoice choice_of(scene::Map const& map, Grid grid, bool chapters)
+render::Setup choice_of(scene::Map const& map, Grid grid, bool chapters)
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     auto const share = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
-    c.sizes = {chapters ? share / 2 + 1 : share, 8, 4, 3};
+    c.sizes = splat::homes::homes_sizes(chapters ? share / 2 + 1 : share, 8, 4, 3);
     return c;
 }
 void compare(scene::Map const& map, Grid grid, bool chapters, RendererOptions options)
@@ -47,13 +45,11 @@ void compare(scene::Map const& map, Grid grid, bool chapters, RendererOptions op
 
 TEST_CASE("poplar: the program of homes has the pictures, counters and words of the thread engine, in every order of workers")
 {
-    standin::With const restore(standin::settings());
+    standin::Restore const restore;
     auto const map = support::map_of(support::cloud(support::fast() ? 120 : 200, 31));
     for (auto const& e : executions) {
         CAPTURE(e.name);
         poplar_test::use(e);
-        // The first execution closes the memory of all other tiles. Sanitizers have their own check.
-        standin::settings().isolation = &e == executions && !support::fast() ? standin::Isolation::pages : standin::Isolation::none;
         compare(map, {4, 3}, false, {});
     }
     poplar_test::use(executions[2]);
@@ -80,19 +76,10 @@ TEST_CASE("poplar: the graph of homes has the variables of its ledger, byte for 
     auto const map = support::map_of(support::cloud(50, 32));
     RendererOptions options;
     options.grid = {4, 3};
-    standin::With const restore(standin::settings());
+    standin::Restore const restore;
     OnGraph graph(map, choice_of(map, {4, 3}, false), options, poplar_test::options("homes"));
     graph.render(support::lens(75, 38));
     auto found = standin::tile_bytes(graph.mesh().engine(), 0).variables;
-    for (auto const& line : graph.facts().ledger) {
-        auto const name = std::string(line.name.text, line.name.size);
-        CAPTURE(name);
-        if (std::string(line.what) == "reserve") continue;
-        std::size_t bytes = 0;
-        if (std::string(line.what) == "channel, 8 ends")
-            for (char const* side : {" north", " east", " west", " south"}) bytes += found[name + " from" + side] + found[name + " to" + side];
-        else
-            bytes = found[name];
-        CHECK(bytes == line.bytes);
-    }
+    for (auto const& line : render::ledger_of(graph.setup()))
+        if (std::string(line.what) != "reserve") CHECK(poplar_test::take(found, line) == line.bytes);
 }

@@ -5,9 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <standin_vertex.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
-#include <tilemesh/poplar/codelet.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/insert.hpp>
 #include <tilemesh/splat/map/program.hpp>
@@ -20,77 +18,70 @@ namespace map = splat::map;
 using poplar_test::executions;
 
 using Optimiser = map::SecondMomentByKind;
-using Mapping = map::MapStep<Optimiser>;
 using Growing = map::GrowStep<Optimiser>;
 using ShadedOptimiser = map::Shaded<Optimiser, 2>;
 using Shading = map::MapStep<ShadedOptimiser>;
 
 /// The vertices of MapStep, which GrowStep has too. `Projection`: the kernel that projects the records.
-#define MAP_STEP_VERTICES(prefix, Program, Opt, Projection)                         \
-    TILEMESH_VERTEX(prefix##_begin_rest, Mk2, Program, map::BeginRest)              \
-    TILEMESH_MULTI_VERTEX(prefix##_find_goals, Mk2, Program, map::FindGoals)        \
-    TILEMESH_VERTEX(prefix##_start_rest, Mk2, Program, map::StartRest)              \
-    TILEMESH_VERTEX(prefix##_offer_room, Mk2, Program, map::OfferRoom<Opt>)         \
-    TILEMESH_VERTEX(prefix##_move_records, Mk2, Program, map::MoveRecords<Opt>)     \
-    TILEMESH_VERTEX(prefix##_begin_view, Mk2, Program, map::BeginView)              \
-    TILEMESH_MULTI_VERTEX(prefix##_project_records, Mk2, Program, Projection)       \
-    TILEMESH_VERTEX(prefix##_cast, Mk2, Program, map::Cast)                         \
-    TILEMESH_VERTEX(prefix##_sort_entries, Mk2, Program, map::SortEntries)          \
-    TILEMESH_MULTI_VERTEX(prefix##_walk, Mk2, Program, map::Walk)                   \
-    TILEMESH_MULTI_VERTEX(prefix##_add_up, Mk2, Program, map::AddUp)                \
-    TILEMESH_VERTEX(prefix##_return, Mk2, Program, map::Return)                     \
-    TILEMESH_MULTI_VERTEX(prefix##_take_step, Mk2, Program, map::TakeStep<Opt>)
+#define MAP_STEP_VERTICES(prefix, Program, Opt, Projection)                \
+    VERTEX(prefix##_begin_rest, Mk2, Program, map::BeginRest)              \
+    MULTI_VERTEX(prefix##_find_goals, Mk2, Program, map::FindGoals)        \
+    VERTEX(prefix##_start_rest, Mk2, Program, map::StartRest)              \
+    VERTEX(prefix##_offer_room, Mk2, Program, map::OfferRoom<Opt>)         \
+    VERTEX(prefix##_move_records, Mk2, Program, map::MoveRecords<Opt>)     \
+    VERTEX(prefix##_begin_view, Mk2, Program, map::BeginView)              \
+    MULTI_VERTEX(prefix##_project_records, Mk2, Program, Projection)       \
+    VERTEX(prefix##_cast, Mk2, Program, map::Cast)                         \
+    VERTEX(prefix##_sort_entries, Mk2, Program, map::SortEntries)          \
+    MULTI_VERTEX(prefix##_walk, Mk2, Program, map::Walk)                   \
+    MULTI_VERTEX(prefix##_add_up, Mk2, Program, map::AddUp)                \
+    VERTEX(prefix##_return, Mk2, Program, map::Return)                     \
+    MULTI_VERTEX(prefix##_take_step, Mk2, Program, map::TakeStep<Opt>)
 
-MAP_STEP_VERTICES(map, Mapping, Optimiser, map::ProjectRecords)
 MAP_STEP_VERTICES(grow, Growing, Optimiser, map::ProjectRecords)
 MAP_STEP_VERTICES(shade, Shading, ShadedOptimiser, map::ProjectShaded<ShadedOptimiser>)
-TILEMESH_VERTEX(grow_begin_cells, Mk2, Growing, map::BeginCells)
-TILEMESH_MULTI_VERTEX(grow_look, Mk2, Growing, map::Look)
-TILEMESH_VERTEX(grow_pass_cells, Mk2, Growing, map::PassCells)
-TILEMESH_VERTEX(grow_insert_cells, Mk2, Growing, map::InsertCells<Optimiser>)
-TILEMESH_VERTEX(grow_remove_faded, Mk2, Growing, map::RemoveFaded<Optimiser>)
+VERTEX(grow_begin_cells, Mk2, Growing, map::BeginCells)
+MULTI_VERTEX(grow_look, Mk2, Growing, map::Look)
+VERTEX(grow_pass_cells, Mk2, Growing, map::PassCells)
+VERTEX(grow_insert_cells, Mk2, Growing, map::InsertCells<Optimiser>)
+VERTEX(grow_remove_faded, Mk2, Growing, map::RemoveFaded<Optimiser>)
 
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-#define ENTER_MAP_STEP(prefix)                 \
-    ENTER(prefix##_begin_rest);                \
-    ENTER(prefix##_find_goals);                \
-    ENTER(prefix##_start_rest);                \
-    ENTER(prefix##_offer_room);                \
-    ENTER(prefix##_move_records);              \
-    ENTER(prefix##_begin_view);                \
-    ENTER(prefix##_project_records);           \
-    ENTER(prefix##_cast);                      \
-    ENTER(prefix##_sort_entries);              \
-    ENTER(prefix##_walk);                      \
-    ENTER(prefix##_add_up);                    \
-    ENTER(prefix##_return);                    \
-    ENTER(prefix##_take_step)
-ENTER_MAP_STEP(map);
-ENTER_MAP_STEP(grow);
-ENTER_MAP_STEP(shade);
-ENTER(grow_begin_cells);
-ENTER(grow_look);
-ENTER(grow_pass_cells);
-ENTER(grow_insert_cells);
-ENTER(grow_remove_faded);
-
-TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the thread engine, in every order of workers")
+namespace {
+scene::Map cloud(std::uint32_t gaussians)
 {
-    standin::With const restore(standin::settings());
-    auto gaussians = support::cloud(support::fast() ? 40 : 80, 3);
-    for (auto& g : gaussians)
+    auto made = support::cloud(gaussians, 3);
+    for (auto& g : made)
         for (float& s : g.log_scale) s = std::max(s, -4.0f);
-    auto const truth = support::map_of(std::move(gaussians));
+    return support::map_of(std::move(made));
+}
+mapping::MeshRefineOptions options()
+{
+    mapping::MeshRefineOptions o;
+    o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
+    o.channel_slots = 2;
+    return o;
+}
+bool same(std::vector<splat::Gaussian> const& a, std::vector<splat::Gaussian> const& b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+}
+} // namespace
+
+TEST_CASE("poplar: a mapping step with harmonics has the map, losses, counters and words of the thread engine, in every order of workers")
+{
+    standin::Restore const restore;
+    auto truth = cloud(support::fast() ? 30 : 60);
+    truth.sh_degree = 2;
+    support::Random random(7);
+    truth.harmonics.resize(truth.gaussians.size() * ShadedOptimiser::words);
+    for (float& v : truth.harmonics) v = random.uniform(-0.3f, 0.3f);
     auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
     auto const start = support::mapping::spoilt(truth, 2, 5);
     for (auto const& e : executions) {
         CAPTURE(e.name);
         poplar_test::use(e);
-        mapping::MeshRefineOptions o;
-        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
-        o.channel_slots = 2;
-        mapping::MeshRefiner<Optimiser, Mesh, Mk2> threads(start, views.cameras[0], o);
-        mapping::MeshRefiner<Optimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], o, poplar_test::options("map"));
+        mapping::MeshRefiner<ShadedOptimiser, Mesh, Mk2> threads(start, views.cameras[0], options());
+        mapping::MeshRefiner<ShadedOptimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], options(), poplar_test::options("shade"));
         for (std::uint32_t i = 0; i < 4; ++i) {
             if (i == 2) threads.rest(views.cameras[1]), graph.rest(views.cameras[1]);
             auto const expected = threads.step(views.cameras[i % 2], views.targets[i % 2], map::usual_rates(2));
@@ -100,28 +91,24 @@ TEST_CASE("poplar: a mapping step has the map, losses, counters and words of the
             engine_test::check_same(threads.run(), graph.run());
             poplar_test::check_same_words(threads.mesh(), graph.mesh());
         }
-        auto const a = threads.map().gaussians, b = graph.map().gaussians;
-        REQUIRE(a.size() == start.gaussians.size());
-        REQUIRE(b.size() == a.size());
-        CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+        auto const a = threads.map(), b = graph.map();
+        CHECK(a.gaussians.size() == start.gaussians.size());
+        CHECK(same(a.gaussians, b.gaussians));
+        CHECK(a.harmonics == b.harmonics);
+        CHECK(a.harmonics != start.harmonics);
         CHECK(threads.lost().copies == 0);
     }
 }
 
 TEST_CASE("poplar: a map that grows has the map, counters and words of the thread engine, in every order of workers")
 {
-    standin::With const restore(standin::settings());
-    auto gaussians = support::cloud(40, 3);
-    for (auto& g : gaussians)
-        for (float& s : g.log_scale) s = std::max(s, -4.0f);
-    auto const truth = support::map_of(std::move(gaussians));
+    standin::Restore const restore;
+    auto const truth = cloud(40);
     auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
     for (auto const& e : executions) {
         CAPTURE(e.name);
         poplar_test::use(e);
-        mapping::MeshRefineOptions o;
-        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
-        o.channel_slots = 2;
+        auto o = options();
         o.record_slots = 8; // too few for some tiles
         o.remove.least_opacity = 0.72f;
         o.insert.cell = 2; // the border of the rows of tiles cuts cells
@@ -151,43 +138,8 @@ TEST_CASE("poplar: a map that grows has the map, counters and words of the threa
         CHECK(inserted > 20);
         CHECK(refused > 0);
         CHECK(removed > 0);
-        auto const a = threads.map().gaussians, b = graph.map().gaussians;
-        REQUIRE(b.size() == inserted - removed);
-        REQUIRE(b.size() == a.size());
-        CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
-    }
-}
-
-TEST_CASE("poplar: a mapping step with harmonics has the map and words of the thread engine")
-{
-    standin::With const restore(standin::settings());
-    auto gaussians = support::cloud(30, 3);
-    for (auto& g : gaussians)
-        for (float& s : g.log_scale) s = std::max(s, -4.0f);
-    auto truth = support::map_of(std::move(gaussians));
-    truth.sh_degree = 2;
-    support::Random random(7);
-    truth.harmonics.resize(truth.gaussians.size() * ShadedOptimiser::words);
-    for (float& v : truth.harmonics) v = random.uniform(-0.3f, 0.3f);
-    auto const views = support::mapping::views_of(truth, {support::lens(64, 30), support::lens(64, 30, 0.2f)});
-    auto const start = support::mapping::spoilt(truth, 2, 5);
-    for (auto const& e : executions) {
-        CAPTURE(e.name);
-        poplar_test::use(e);
-        mapping::MeshRefineOptions o;
-        o.refine.view = {{32, 15}, 1, {1, 0.5f, 0, 0, 4}};
-        o.channel_slots = 2;
-        mapping::MeshRefiner<ShadedOptimiser, Mesh, Mk2> threads(start, views.cameras[0], o);
-        mapping::MeshRefiner<ShadedOptimiser, PoplarMesh, Mk2> graph(start, views.cameras[0], o, poplar_test::options("shade"));
-        for (std::uint32_t i = 0; i < 2; ++i) {
-            if (i == 1) threads.rest(views.cameras[1]), graph.rest(views.cameras[1]);
-            auto const expected = threads.step(views.cameras[i], views.targets[i], map::usual_rates(2));
-            CHECK(graph.step(views.cameras[i], views.targets[i], map::usual_rates(2)).loss == expected.loss);
-            engine_test::check_same(threads.run(), graph.run());
-            poplar_test::check_same_words(threads.mesh(), graph.mesh());
-        }
-        auto const harmonics = graph.map().harmonics;
-        CHECK(harmonics == threads.map().harmonics);
-        CHECK(harmonics != start.harmonics);
+        auto const map = graph.map().gaussians;
+        CHECK(map.size() == inserted - removed);
+        CHECK(same(map, threads.map().gaussians));
     }
 }

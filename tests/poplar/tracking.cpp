@@ -2,10 +2,7 @@
 #include "../splat/pose_case.hpp"
 #include "on_poplar.hpp"
 #include <cstddef>
-#include <standin_vertex.hpp>
 #include <string>
-#include <tilemesh/poplar/codelet.hpp>
-#include <tilemesh/poplar/ledger.hpp>
 
 // The program that tracks as codelets on a graph, on the stand-in for Poplar: the sums that the host reads at tile (0, 0) have the bits of
 // the thread engine, and so have the words of all tiles.
@@ -19,28 +16,16 @@ using splat::pose::TileTotal;
 using tilemesh::detail::BeginReduce;
 using tilemesh::detail::GoOnReducing;
 
-TILEMESH_VERTEX(pose_project, Mk2, Tracking, splat::Project<Tracked>)
-TILEMESH_VERTEX(pose_route, Mk2, Tracking, splat::Route<Tracked>)
-TILEMESH_VERTEX(pose_bloom, Mk2, Tracking, splat::Bloom<Tracked>)
-TILEMESH_VERTEX(pose_depth_sort, Mk2, Tracking, splat::DepthSort<Tracked>)
-TILEMESH_MULTI_VERTEX(pose_composite_with_pose, Mk2, Tracking, splat::pose::CompositeWithPose<Tracked>)
-TILEMESH_MULTI_VERTEX(pose_composite, Mk2, Tracking, splat::Composite<Tracked>)
-TILEMESH_VERTEX(pose_send_cells, Mk2, Tracking, splat::pose::SendCells<Tracked>)
-TILEMESH_VERTEX(pose_add_gradients, Mk2, Tracking, splat::pose::AddGradients<Tracked>)
-TILEMESH_VERTEX(pose_sum_sums_of_a_tile_begin, Mk2, Tracking, BeginReduce<TileTotal, Sum, ReduceTo::one>)
-TILEMESH_VERTEX(pose_sum_sums_of_a_tile, Mk2, Tracking, GoOnReducing<TileTotal, Sum, ReduceTo::one>)
-
-#define ENTER(Name) POPLAR_STANDIN_VERTEX(Name, reads, keeps, sends, x, y, width, height, step, log_at, task, program)
-ENTER(pose_project);
-ENTER(pose_route);
-ENTER(pose_bloom);
-ENTER(pose_depth_sort);
-ENTER(pose_composite_with_pose);
-ENTER(pose_composite);
-ENTER(pose_send_cells);
-ENTER(pose_add_gradients);
-ENTER(pose_sum_sums_of_a_tile_begin);
-ENTER(pose_sum_sums_of_a_tile);
+VERTEX(pose_project, Mk2, Tracking, splat::Project<Tracked>)
+VERTEX(pose_route, Mk2, Tracking, splat::Route<Tracked>)
+VERTEX(pose_bloom, Mk2, Tracking, splat::Bloom<Tracked>)
+VERTEX(pose_depth_sort, Mk2, Tracking, splat::DepthSort<Tracked>)
+MULTI_VERTEX(pose_composite_with_pose, Mk2, Tracking, splat::pose::CompositeWithPose<Tracked>)
+MULTI_VERTEX(pose_composite, Mk2, Tracking, splat::Composite<Tracked>)
+VERTEX(pose_send_cells, Mk2, Tracking, splat::pose::SendCells<Tracked>)
+VERTEX(pose_add_gradients, Mk2, Tracking, splat::pose::AddGradients<Tracked>)
+VERTEX(pose_sum_sums_of_a_tile_begin, Mk2, Tracking, BeginReduce<TileTotal, Sum, ReduceTo::one>)
+VERTEX(pose_sum_sums_of_a_tile, Mk2, Tracking, GoOnReducing<TileTotal, Sum, ReduceTo::one>)
 
 namespace {
 template <class Program, class>
@@ -86,13 +71,11 @@ void compare(support::pose::SumsCase const& c, Extent2 tile, std::vector<TrackOp
 TEST_CASE("poplar: the sums of a pose have the bits of the thread engine, in every order of workers")
 {
     using support::pose::sums_options;
-    standin::With const restore(standin::settings());
+    standin::Restore const restore;
     auto const c = support::pose::sums_case(48, 40, 150, 41);
     for (auto const& e : executions) {
         CAPTURE(e.name);
         poplar_test::use(e);
-        // The first execution closes the memory of all other tiles. Sanitizers have their own check.
-        standin::settings().isolation = &e == executions && !support::fast() ? standin::Isolation::pages : standin::Isolation::none;
         compare(c, {16, 16}, {sums_options(Jacobian::forward, 1), sums_options(Jacobian::esm, 2), sums_options(Jacobian::forward, 4)});
     }
     poplar_test::use(executions[2]);
@@ -103,26 +86,17 @@ TEST_CASE("poplar: the sums of a pose have the bits of the thread engine, in eve
 
 TEST_CASE("poplar: the graph of the program that tracks has the variables of its ledger, and fits where its code fits")
 {
-    standin::With const restore(standin::settings());
+    standin::Restore const restore;
     constexpr Grid grid{6, 5};
     constexpr auto lines = on_poplar::ledger<Mk2, Tracking, Tracked>(grid);
     std::size_t left = 0; // bytes that the ledger leaves for code, exchange code and stacks
     for (auto const& line : lines) left = line.bytes;
-    auto sizes = splat::pose::sizes_on<Tracked>(size_of_machine<Mk2>(), Tracked::sizes.tile_pixels);
+    auto const sizes = splat::pose::sizes_on<Tracked>(size_of_machine<Mk2>(), Tracked::sizes.tile_pixels);
     CHECK(sizes.storage >= Tracked::sizes.storage);
     standin::settings().code_bytes = left;
     PoplarMesh<Tracking, Mk2> mesh{{}, grid, mesh_sizes<Tracking, Mk2, Tracked>(), poplar_test::options("pose")};
     mesh.prepare();
     auto found = standin::tile_bytes(mesh.engine(), 0).variables;
-    for (auto const& line : Tile<Mk2, Tracking, Tracked>::ledger()) {
-        auto const name = std::string(line.name.text, line.name.size);
-        CAPTURE(name);
-        if (std::string(line.what) == "reserve") continue;
-        std::size_t bytes = 0;
-        if (std::string(line.what) == "channel, 8 ends")
-            for (char const* side : {" north", " east", " west", " south"}) bytes += found[name + " from" + side] + found[name + " to" + side];
-        else
-            bytes = found[name];
-        CHECK(bytes == line.bytes);
-    }
+    for (auto const& line : Tile<Mk2, Tracking, Tracked>::ledger())
+        if (std::string(line.what) != "reserve") CHECK(poplar_test::take(found, line) == line.bytes);
 }

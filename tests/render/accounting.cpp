@@ -2,7 +2,11 @@
 // From counters to a report: made-up numbers go in, and the report comes out.
 #include "../compare_reports.hpp"
 #include "../splat/support.hpp"
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <doctest/doctest.h>
+#include <numeric>
 #include <tilemesh/render/accounting.hpp>
 
 using namespace tilemesh;
@@ -31,27 +35,19 @@ RunCounters run_of(std::uint32_t steps)
     run.digests = {7, 8, 9};
     return run;
 }
-render::TileSums sums()
+/// The sums of two tiles. The words of a tile are their places, and those of the second tile one less.
+render::AnchoredSums sums()
 {
-    Counts counts{};
-    counts.visible = 1;
-    counts.parked = 2;
-    counts.moved = 3;
-    counts.hops = 4;
-    counts.copies = 5;
-    counts.channel_full = 6;
-    counts.no_credit = 7;
-    counts.storage_full = 8;
-    counts.copies_full = 9;
-    counts.copies_refused = 10;
-    Work work{};
-    work.evaluated[0] = 11;
-    work.evaluated[Work::max_workers - 1] = 12;
-    work.contributing[1] = 13;
-    render::TileSums out;
-    out.add(counts, work);
-    counts.visible = 0xffffffffu; // a tile's counts have 32 bits, their sums more
-    out.add(counts, work);
+    std::array<std::uint32_t, sizeof(Counts) / 4> counts{};
+    std::array<std::uint32_t, sizeof(Work) / 4> work{};
+    std::iota(counts.begin(), counts.end(), 1u);
+    std::iota(work.begin(), work.end(), 11u);
+    render::AnchoredSums out;
+    out.add(std::bit_cast<Counts>(counts), std::bit_cast<Work>(work));
+    for (auto& word : counts) --word;
+    auto second = std::bit_cast<Counts>(counts);
+    second.visible = 0xffffffffu; // a tile's counts have 32 bits, their sums more
+    out.add(second, Work{});
     return out;
 }
 } // namespace
@@ -62,18 +58,20 @@ TEST_CASE("accounting: every counter goes to its place in the report")
     run.peaks = {{"storage", 41, 2000}, {"marks", 99, 2000}, {"road", 42, 200}, {"beam", 43, 200}};
     auto const r = render::account<Whole>(run, sums(), true);
     CHECK(r.gaussians.visible == 0x100000000u);
-    CHECK(r.gaussians.parked == 4);
-    CHECK(r.gaussians.moved == 6);
-    CHECK(r.gaussians.held == 2 * (6 + 7));
-    CHECK(r.hops == 8);
-    CHECK(r.copies == 10);
-    CHECK(r.refused.channel_full == 12);
-    CHECK(r.refused.no_credit == 14);
-    CHECK(r.refused.storage_full == 16);
-    CHECK(r.refused.copies_full == 18);
-    CHECK(r.refused.copies_refused == 20);
-    CHECK(r.pairs == 2 * (11 + 12) * 16);
-    CHECK(r.pairs_contributing == 26);
+    CHECK(r.gaussians.parked == 2 + 1);
+    CHECK(r.gaussians.moved == 3 + 2);
+    CHECK(r.gaussians.held == r.refused.by_channels());
+    CHECK(r.hops == 4 + 3);
+    for (auto const& field : report::report_fields) {
+        CAPTURE(field.name);
+        if (auto const word = field.anchored.word; word != nullptr) CHECK(field.count(r) == sums()[word]);
+    }
+    CHECK(r.refused.by_channels() == 5 + 4 + 6 + 5);
+    CHECK(r.refused.by_storage() == 7 + 6 + 8 + 7);
+    CHECK(r.refused.copies_refused == 9 + 8);
+    CHECK(r.copies == 11 + 10);
+    CHECK(r.pairs == (11 + 12 + 13 + 14 + 15 + 16) * 16);
+    CHECK(r.pairs_contributing == 17 + 18 + 19 + 20 + 21 + 22);
     CHECK(r.exchanges.project == 1);
     CHECK(r.exchanges.route == 2);
     CHECK(r.exchanges.bloom == 3 + 4);

@@ -166,34 +166,34 @@ TEST_CASE("options of the anchored program alone keep auto there, and homes refu
 
 TEST_CASE("homes are as many as the map needs; held splats get what is left, or the map comes in chapters")
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     c.fit = true;
     RendererOptions o;
     Extent2 const frame{1280, 720};
     auto const small = render::layout_homes(c, o, frame, 1441);
-    CHECK(small.sizes.homes == 2);
-    CHECK(small.sizes.held == c.sizes.held);
-    CHECK(small.ledger.bytes <= c.machine.sram_bytes);
+    CHECK(small.setup.sizes.homes == 2);
+    CHECK(small.setup.sizes.storage == c.sizes.storage);
+    CHECK(render::sram_bytes_of(small.setup) <= c.machine.sram_bytes);
     auto const none = render::layout_homes(c, o, frame, 0);
-    CHECK(none.sizes.homes == 1);
+    CHECK(none.setup.sizes.homes == 1);
     // More records: fewer held splats, down to the least; then chapters, with the most held splats.
-    std::uint32_t last_held = c.sizes.held, least = last_held;
+    std::uint32_t last_held = c.sizes.storage, least = last_held;
     bool chapters = false;
     for (std::uint64_t records = 100'000; records <= 8'000'000; records += 100'000) {
         auto const layout = render::layout_homes(c, o, frame, records);
-        CHECK(layout.ledger.bytes <= c.machine.sram_bytes);
-        if (std::uint64_t{layout.sizes.homes} * layout.grid.size() < records) {
+        CHECK(render::sram_bytes_of(layout.setup) <= c.machine.sram_bytes);
+        if (std::uint64_t{layout.setup.sizes.homes} * layout.grid.size() < records) {
             chapters = true;
-            CHECK(layout.sizes.held == c.sizes.held);
+            CHECK(layout.setup.sizes.storage == c.sizes.storage);
         } else {
             CHECK_FALSE(chapters);
-            CHECK(layout.sizes.held <= last_held);
-            last_held = layout.sizes.held;
-            least = std::min(least, layout.sizes.held);
+            CHECK(layout.setup.sizes.storage <= last_held);
+            last_held = layout.setup.sizes.storage;
+            least = std::min(least, layout.setup.sizes.storage);
         }
     }
     CHECK(chapters);
-    CHECK(least < c.sizes.held);
+    CHECK(least < c.sizes.storage);
     CHECK(least >= render::least_held);
     o.held_slots = 5000;
     CHECK_THROWS_WITH_AS(render::layout_homes(c, o, frame, 1000),

@@ -12,7 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/exact_renderer.hpp>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <utility>
 #include <vector>
@@ -41,9 +41,9 @@ std::vector<Door> doors()
             {"automatic", exact(Program::automatic)},
             {"fit_to_map", [](scene::Map const& map, RendererOptions const& options) { return fit_to_map<>(map, options); }},
             {"make_homes_renderer", [](scene::Map const& map, RendererOptions const& options) {
-                 render::HomesChoice choice;
+                 auto choice = splat::homes_setup;
                  choice.sh_degree = map.sh_degree;
-                 return render::make_homes_renderer<>(map, choice, options);
+                 return render::make_homes_renderer(map, choice, options);
              }}};
 }
 scene::Map cloud() { return support::map_of(support::cloud(60, 4)); }

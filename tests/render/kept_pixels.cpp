@@ -22,7 +22,7 @@ using render::FrameRenderer, render::HostPolicies, render::HostRenderer;
 template <bool Trace, bool Checked>
 struct On : HostRenderer {
     static constexpr bool keeps_trace = Trace;
-    On(scene::Map const& map, render::SetupFacts facts, RendererOptions const& options) : HostRenderer(map, std::move(facts), options, engine()) {}
+    On(scene::Map const& map, render::Setup facts, RendererOptions const& options) : HostRenderer(map, std::move(facts), options, engine()) {}
     static EngineOptions engine()
     {
         EngineOptions engine;
@@ -48,8 +48,8 @@ struct Twins {
 
     template <class Setup>
     Twins(Setup, scene::Map const& map, RendererOptions options)
-        : keeps(map, render::facts_of<Setup>(options), with(options, true)),
-          composites(map, render::facts_of<Setup>(options), with(options, false))
+        : keeps(map, render::setup_for<Setup>(options), with(options, true)),
+          composites(map, render::setup_for<Setup>(options), with(options, false))
     {
     }
     static RendererOptions with(RendererOptions options, bool keep)

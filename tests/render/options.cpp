@@ -57,12 +57,12 @@ TEST_CASE("sizes at run time are those of a setup: picture, counters, digests, t
     static_assert(!(Fixed::sizes == Whole::sizes));
     auto const a = make_runner<Fixed>(cloud(), fixed), b = make_runner<Whole>(cloud(), told);
     same_frames(*a, *b);
-    same_ledgers(a->facts().ledger, b->facts().ledger);
-    CHECK(a->facts().sram_bytes == b->facts().sram_bytes);
+    same_ledgers(render::ledger_of(a->facts()), render::ledger_of(b->facts()));
+    CHECK(render::sram_bytes_of(a->facts()) == render::sram_bytes_of(b->facts()));
     CHECK(b->facts().sizes == Fixed::sizes);
     auto const c = make_runner<Referenced<Fixed>>(cloud(), fixed), d = make_runner<Referenced<Whole>>(cloud(), told);
     same_frames(*c, *d);
-    same_ledgers(a->facts().ledger, d->facts().ledger);
+    same_ledgers(render::ledger_of(a->facts()), render::ledger_of(d->facts()));
     // The sizes matter: with others it is another frame.
     auto const e = make_runner<Whole>(cloud(), fixed);
     CHECK(e->render(path()[0]).report.gaussians.held != make_runner<Whole>(cloud(), told)->render(path()[0]).report.gaussians.held);
@@ -124,11 +124,11 @@ TEST_CASE("channels whose slots a limit gives: by value and by reference they fi
 
 TEST_CASE("facts of a setup with other records, rules or planes than a renderer's policies are refused")
 {
-    using render::check_facts;
-    auto const choice = render::choice_of<Lossless>();
-    auto const refused = [](auto policies, render::SetupChoice const& c) {
+    using render::check_policies;
+    auto const choice = splat::setup_of<Lossless>();
+    auto const refused = [](auto policies, render::Setup const& c) {
         try {
-            check_facts<decltype(policies)>(render::facts_of(c));
+            check_policies<decltype(policies)>(render::checked(c));
         } catch (Error const& e) {
             return std::string(e.what()).find("on a renderer of other policies") != std::string::npos;
         }

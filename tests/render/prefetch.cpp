@@ -33,7 +33,7 @@ HostRenderer::EngineOptions engine(bool trace, bool checked)
 template <class S>
 HostRenderer make(scene::Map const& map, RendererOptions const& options, bool trace = false, bool checked = false)
 {
-    return HostRenderer(map, render::facts_of<S>(options), options, engine(trace, checked));
+    return HostRenderer(map, render::setup_for<S>(options), options, engine(trace, checked));
 }
 scene::Map cloud(std::uint32_t n, std::uint64_t seed) { return support::map_of(support::cloud(n, seed)); }
 

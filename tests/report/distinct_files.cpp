@@ -1,13 +1,8 @@
 // test: unoptimised test asan tsan
 #include <chrono>
-#include <cstdio>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <fcntl.h>
-#include <filesystem>
-#include <fstream>
-#include <string>
 #include <sys/stat.h>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <unistd.h>
 
@@ -40,17 +35,10 @@ std::string refusal(Folder const& folder, fs::path const& path)
 {
     DistinctFiles files;
     files.read(folder.map);
-    try {
+    return tests::error_of([&] {
         files.write_into(folder.written, is_picture, "a picture", "name another directory");
         files.write(path, "the report", "name another file");
-    } catch (tilemesh::Error const& error) {
-        return error.what();
-    }
-    return {};
-}
-bool says(std::string const& text, std::string const& part)
-{
-    return text.find(part) != std::string::npos;
+    });
 }
 
 } // namespace
@@ -63,15 +51,15 @@ TEST_CASE("a file that is read is not written, whatever name leads to it")
     auto const report = folder.path / "report";
     CHECK(refusal(folder, report) == "");
     CHECK(refusal(folder, folder.map) == "cannot write the report to " + folder.map.string() + " (this run reads that file); name another file");
-    CHECK(says(refusal(folder, folder.path / "written/../read/map"), "this run reads that file: it is " + folder.map.string()));
+    CHECK(tests::has(refusal(folder, folder.path / "written/../read/map"), "this run reads that file: it is " + folder.map.string()));
     fs::create_symlink("read/map", report);
-    CHECK(says(refusal(folder, report), "this run reads that file"));
+    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
     fs::remove(report);
     fs::create_hard_link(folder.map, report);
-    CHECK(says(refusal(folder, report), "this run reads that file"));
+    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
     fs::create_directory_symlink("read", folder.path / "link");
-    CHECK(says(refusal(folder, folder.path / "link/map"), "this run reads that file"));
-    CHECK(says(refusal(folder, folder.path / "absent/report"), "there is no directory"));
+    CHECK(tests::has(refusal(folder, folder.path / "link/map"), "this run reads that file"));
+    CHECK(tests::has(refusal(folder, folder.path / "absent/report"), "there is no directory"));
     CHECK(refusal(folder, folder.path / "read/other") == "");
 }
 
@@ -85,13 +73,13 @@ TEST_CASE("a folder's files are looked at one by one, and only those that will b
     CHECK(refusal(folder, report) == "");
     fs::remove(picture);
     fs::create_symlink("../read/map", picture);
-    CHECK(says(refusal(folder, report), "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
+    CHECK(tests::has(refusal(folder, report), "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
     fs::remove(picture);
     fs::create_hard_link(folder.map, picture);
-    CHECK(says(refusal(folder, report), "this run reads that file"));
+    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
     fs::remove(picture);
     REQUIRE(mkfifo(picture.c_str(), 0600) == 0);
-    CHECK(says(refusal(folder, report), "it is a pipe or a socket"));
+    CHECK(tests::has(refusal(folder, report), "it is a pipe or a socket"));
     fs::remove(picture);
     fs::create_symlink("/dev/null", picture);
     CHECK(refusal(folder, report) == "");
@@ -131,15 +119,15 @@ TEST_CASE("no two files have one name, there or not")
 {
     Folder const folder;
     auto const report = folder.path / "report", picture = folder.written / "a.png";
-    CHECK(says(refusal(folder, picture), "a picture of this run has that name"));
-    CHECK(says(refusal(folder, folder.written / "A.png"), "a picture of this run has that name")); // one file on some file systems
+    CHECK(tests::has(refusal(folder, picture), "a picture of this run has that name"));
+    CHECK(tests::has(refusal(folder, folder.written / "A.png"), "a picture of this run has that name")); // one file on some file systems
     CHECK(refusal(folder, folder.written / "c.png") == "");
     // A link to a missing file, and one to another picture.
     fs::create_symlink("../report", picture);
-    CHECK(says(refusal(folder, report), "that is the file of a picture of this run, " + picture.string()));
+    CHECK(tests::has(refusal(folder, report), "that is the file of a picture of this run, " + picture.string()));
     fs::remove(picture);
     fs::create_symlink("b.png", picture);
-    CHECK(says(refusal(folder, report), "it is a link to a picture of this run, "));
+    CHECK(tests::has(refusal(folder, report), "it is a link to a picture of this run, "));
     fs::remove(picture);
     fs::create_symlink("../other", picture);
     fs::create_symlink("../other", folder.written / "A.png"); // where letters count, nobody writes to it
@@ -148,7 +136,7 @@ TEST_CASE("no two files have one name, there or not")
     fs::remove(picture);
     fs::create_symlink("../report", folder.written / "b.png");
     fs::create_symlink("../report", picture);
-    CHECK(says(refusal(folder, folder.path / "other"), "that is the file of a picture of this run, "));
+    CHECK(tests::has(refusal(folder, folder.path / "other"), "that is the file of a picture of this run, "));
     fs::remove(folder.written / "b.png");
 
     // The order of the calls does not matter.

@@ -1,17 +1,6 @@
 #include "picture_of_formula.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <random>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/report/image.hpp>
-#include <vector>
 
 namespace {
 
@@ -86,12 +75,7 @@ double brute_ssim(Image const& a, Image const& b)
 
 std::string error_of(Image const& image, Image const& reference)
 {
-    try {
-        (void)compare(image, reference);
-    } catch (tilemesh::Error const& error) {
-        return error.what();
-    }
-    return "";
+    return tests::error_of([&] { (void)compare(image, reference); });
 }
 
 } // namespace

@@ -1,15 +1,8 @@
 // test: unoptimised test asan
 // The results that bench/error_vs_time finds in its rows: fronts, claims about host time, conditions that must hold, the file of all rows.
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <error_vs_time/csv.hpp>
 #include <error_vs_time/front.hpp>
-#include <limits>
-#include <map>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace {
 
@@ -94,22 +87,15 @@ std::vector<std::map<std::string, std::string>> table_of(std::string const& text
 
 TEST_SUITE_BEGIN("report");
 
-TEST_CASE("error against time: the front is what nothing beats in pairs and error at once")
+TEST_CASE("error against time: the front is what nothing beats in pairs and error at once; equal rows are on it together")
 {
     std::vector<Row> rows{row_of("exact", 1000, 1e-5), row_of("good", 500, 1e-3), row_of("beaten", 600, 2e-3),
                           row_of("as many, worse", 500, 2e-3), row_of("more, as good", 800, 1e-3), row_of("cheap", 100, 1e-1)};
     CHECK(fronts(rows) == std::vector<bool>{true, true, false, false, false, true});
-    CHECK(rows[0].front_pairs == 1);
-    CHECK(rows[1].front_pairs == 1);
+    for (std::size_t i : {0u, 1u, 3u, 5u}) CHECK(rows[i].front_pairs == 1); // no fewer pairs have the error of the fourth
     CHECK(rows[2].front_pairs == doctest::Approx(500.0 / 600));
-    CHECK(rows[3].front_pairs == 1); // no fewer pairs have its error
     CHECK(rows[4].front_pairs == doctest::Approx(500.0 / 800));
-    CHECK(rows[5].front_pairs == 1);
-}
-
-TEST_CASE("error against time: equal rows are on the front together, and a row alone is")
-{
-    std::vector<Row> rows{row_of("a", 500, 1e-3), row_of("b", 500, 1e-3), row_of("c", 501, 1e-3)};
+    rows = {row_of("a", 500, 1e-3), row_of("b", 500, 1e-3), row_of("c", 501, 1e-3)};
     CHECK(fronts(rows) == std::vector<bool>{true, true, false});
     rows = {row_of("a", 500, 1e-3)};
     CHECK(fronts(rows) == std::vector<bool>{true});
@@ -120,12 +106,9 @@ TEST_CASE("error against time: equal rows are on the front together, and a row a
     CHECK(fronts(rows) == std::vector<bool>{true, false});
     CHECK(rows[0].front_pairs == 1);
     CHECK(rows[1].front_pairs == 0);
-}
 
-TEST_CASE("error against time: four digits of the error decide, a ninth does not")
-{
-    std::vector<Row> rows{row_of("a", 500, 1.23456789e-3), row_of("b", 500, 1.23456780e-3), row_of("fewer", 499, 1.2350001e-3)};
-    // All print as 1.235e-03.
+    // Four digits of the error decide, a ninth does not: all of these print as 1.235e-03.
+    rows = {row_of("a", 500, 1.23456789e-3), row_of("b", 500, 1.23456780e-3), row_of("fewer", 499, 1.2350001e-3)};
     CHECK(fronts(rows) == std::vector<bool>{false, false, true});
     rows.pop_back();
     CHECK(fronts(rows) == std::vector<bool>{true, true});
@@ -133,9 +116,15 @@ TEST_CASE("error against time: four digits of the error decide, a ninth does not
     CHECK(fronts(rows) == std::vector<bool>{false, false, true});
     CHECK(printed_error(row_of("", 1, 0)) == 0);
     CHECK(printed_error(row_of("", 1, 9.99951e-4)) == 1e-3); // rounding carries
+
+    // The modelled front has its own order, as printed.
+    rows = {row_of("few pairs, slow", 100, 1e-3, 2.0), row_of("many pairs, quick", 900, 1e-3, 1.0),
+            row_of("as quick to four digits", 800, 1e-3, 1.00004)};
+    CHECK(fronts(rows, &Row::on_front_modelled) == std::vector<bool>{false, true, true});
+    CHECK(fronts(rows) == std::vector<bool>{true, false, false});
 }
 
-TEST_CASE("error against time: what failed is on no front and keeps nobody off it")
+TEST_CASE("error against time: what failed is on no front and keeps nobody off it; fronts do not mix views")
 {
     std::vector<Row> rows{row_of("a", 500, 1e-3), row_of("failed", 1, 1e-9)};
     rows[1].failed = "it did not fit";
@@ -143,30 +132,18 @@ TEST_CASE("error against time: what failed is on no front and keeps nobody off i
     CHECK(rows[0].front_pairs == 1);
     rows[0].failed = "nor did it";
     CHECK(fronts(rows) == std::vector<bool>{false, false});
-    rows[0].failed.clear();
-    rows[1].failed.clear();
+    rows[0].failed = rows[1].failed = "";
     rows[1].total.rmse = not_a_number;
     CHECK(fronts(rows) == std::vector<bool>{true, false});
-}
 
-TEST_CASE("error against time: fronts do not mix views, and marks of an earlier call go")
-{
-    std::vector<Row> rows{row_of("a", 500, 1e-3), row_of("a", 100, 1e-4), row_of("a", 100, 1e-4), row_of("b", 400, 1e-3)};
+    rows = {row_of("a", 500, 1e-3), row_of("a", 100, 1e-4), row_of("a", 100, 1e-4), row_of("b", 400, 1e-3)};
     rows[1].camera = "orbit2 x 6";
     rows[2].scene = "salad";
     CHECK(fronts(rows) == std::vector<bool>{false, true, true, true});
     CHECK(rows[0].front_pairs == doctest::Approx(0.8));
-    rows.pop_back();
+    rows.pop_back(); // marks of an earlier call go
     CHECK(fronts(rows) == std::vector<bool>{true, true, true});
     CHECK(rows[0].front_pairs == 1);
-}
-
-TEST_CASE("error against time: the modelled front has its own order, as printed")
-{
-    std::vector<Row> rows{row_of("few pairs, slow", 100, 1e-3, 2.0), row_of("many pairs, quick", 900, 1e-3, 1.0),
-                          row_of("as quick to four digits", 800, 1e-3, 1.00004)};
-    CHECK(fronts(rows, &Row::on_front_modelled) == std::vector<bool>{false, true, true});
-    CHECK(fronts(rows) == std::vector<bool>{true, false, false});
 }
 
 TEST_CASE("error against time: a band leaves out as many at both ends, the outer rank first")
@@ -193,28 +170,20 @@ TEST_CASE("error against time: no claim about host time within the noise")
     CHECK(noise_of(noise, "sloth") == doctest::Approx(0.05));
     CHECK(std::isinf(noise_of(noise, "salad"))); // nine rounds
     CHECK(std::isinf(noise_of(noise, "built_in")));
-    auto const times = [](double ratio, double off = 0) {
-        return std::vector<double>{ratio - off, ratio, ratio, ratio, ratio + off};
-    };
-    auto claim = claim_of(times(0.97), 0.05);
-    CHECK(!claim.faster);
-    CHECK(!claim.slower);
-    CHECK(to_string(claim) == std::string("no claim"));
-    claim = claim_of(times(0.5), 0.05);
-    CHECK(claim.faster);
-    CHECK(!claim.slower);
-    CHECK(claim.ratio == 0.5);
-    claim = claim_of(times(1.2), 0.05);
-    CHECK(claim.slower);
-    CHECK(!claim.faster);
-    CHECK(!claim_of(times(0.9, 0.06), 0.05).faster);          // its band reaches into the noise: 0.96
-    CHECK(claim_of(times(0.9, 0.04), 0.05).faster);
-    CHECK(!claim_of(times(0.95), 0.05).faster);               // at the noise, not beyond it
-    CHECK(claim_of({0.5, 0.5, 0.5}, 0.05).faster);
-    CHECK(!claim_of({0.5, 0.5}, 0.05).faster);                // too few rounds
-    CHECK(!claim_of({2, 2}, 0.05).slower);
-    CHECK(!claim_of(times(0.01), infinite).faster);           // noise not measured
-    CHECK(!claim_of(times(100), infinite).slower);
+    auto const times = [](double ratio, double off = 0) { return std::vector<double>{ratio - off, ratio, ratio, ratio, ratio + off}; };
+    auto const claimed = [](std::vector<double> const& ratios, double of) { return std::string(to_string(claim_of(ratios, of))); };
+    CHECK(claimed(times(0.97), 0.05) == "no claim");
+    CHECK(claimed(times(0.5), 0.05) == "faster");
+    CHECK(claim_of(times(0.5), 0.05).ratio == 0.5);
+    CHECK(claimed(times(1.2), 0.05) == "slower");
+    CHECK(claimed(times(0.9, 0.06), 0.05) == "no claim"); // its band reaches into the noise: 0.96
+    CHECK(claimed(times(0.9, 0.04), 0.05) == "faster");
+    CHECK(claimed(times(0.95), 0.05) == "no claim");      // at the noise, not beyond it
+    CHECK(claimed({0.5, 0.5, 0.5}, 0.05) == "faster");
+    CHECK(claimed({0.5, 0.5}, 0.05) == "no claim");       // too few rounds
+    CHECK(claimed({2, 2}, 0.05) == "no claim");
+    CHECK(claimed(times(0.01), infinite) == "no claim");  // noise not measured
+    CHECK(claimed(times(100), infinite) == "no claim");
     CHECK(std::isnan(claim_of({}, 0.05).ratio));
 
     auto row = row_of("a", 1, 1);
@@ -225,10 +194,8 @@ TEST_CASE("error against time: no claim about host time within the noise")
     row.scene = "sloth";
     row.failed = "no";
     CHECK(!claim_of(row, noise).faster);
-}
 
-TEST_CASE("error against time: noise is the farther end of the band, of all measured in a scene")
-{
+    // Noise is the farther end of the band, of all measured in a scene.
     auto const ten = [](double low, double others, double high) {
         return Noise{"a", {others, others, others, high, others, low, others, others, others, others}};
     };
@@ -350,19 +317,14 @@ TEST_CASE("error against time: every number is finite, but the PSNR of equal pic
             CHECK(verdict_of(rows).holds());
         }
     };
-    bad([](Row& r, double v) { r.total.max_levels = v; });
-    bad([](Row& r, double v) { r.cut.rmse = v; });
-    bad([](Row& r, double v) { r.round.ssim = v; });
-    bad([](Row& r, double v) { r.mesh.mae = v; });
-    bad([](Row& r, double v) { r.total.p999_levels = v; });
-    bad([](Row& r, double v) { r.total.share_over_one_level = v; });
-    bad([](Row& r, double v) { r.twice_products = v; });
-    bad([](Row& r, double v) { r.split_off = v; });
-    bad([](Row& r, double v) { r.popping = v; });
-    bad([](Row& r, double v) { r.modelled_ms = v; });
+    for (double Row::*each : {&Row::twice_products, &Row::split_off, &Row::popping, &Row::modelled_ms, &Row::front_pairs})
+        bad([each](Row& r, double v) { r.*each = v; });
+    using Errors = tilemesh::report::ErrorMeasures;
+    for (auto const part : {&Row::total, &Row::cut, &Row::round, &Row::mesh})
+        for (auto const each : {&Errors::max_levels, &Errors::rmse, &Errors::ssim, &Errors::mae, &Errors::p999_levels, &Errors::share_over_one_level})
+            bad([=](Row& r, double v) { r.*part.*each = v; });
     bad([](Row& r, double v) { r.host_ms = {1, v}; });
     bad([](Row& r, double v) { r.over_default = {v}; });
-    bad([](Row& r, double v) { r.front_pairs = v; });
     auto rows = good_view();
     rows[4].total.psnr_db = not_a_number;
     CHECK(says(verdict_of(rows).broken, "a PSNR is not finite"));

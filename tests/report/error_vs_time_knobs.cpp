@@ -1,17 +1,7 @@
 // test: unoptimised test asan
 // The knobs of bench/error_vs_time: how a record is stored and cut, how splats are ordered, the list of settings and their cut-offs; and
 // that the parts of a setting's error are measured against the right pictures.
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <limits>
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
+#include "../standard.hpp"
 
 // The bench is a program: its sources are compiled here.
 #include <error_vs_time/measure.cpp>
@@ -19,7 +9,7 @@
 #include <error_vs_time/with_knobs.cpp>
 #include <error_vs_time/whole_frame.cpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 using namespace error_vs_time;
 
@@ -43,7 +33,7 @@ public:
         report_.pairs = 1000;
         if (!setting_.limits.drop) return;
         image_.rgb[4] += change;
-        report_.lost = {{tilemesh::splat::GaussianId{1}, 0, report::Cause::channel_full}};
+        report_.lost = {{tilemesh::splat::GaussianId{1}, 0, report::Cause::storage_full}};
     }
     report::Image const& image() const override { return image_; }
     report::FrameReport const& counters() const override { return report_; }

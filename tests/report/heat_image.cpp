@@ -1,16 +1,7 @@
 // test: unoptimised test asan
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <vector>
 
 namespace {
 
@@ -44,19 +35,6 @@ double lightness(std::array<float, 3> const& rgb)
     return y > 216.0 / 24389 ? 116 * std::cbrt(y) - 16 : 24389.0 / 27 * y;
 }
 
-std::string message(auto&& call)
-{
-    try {
-        call();
-    } catch (Error const& error) {
-        return error.what();
-    }
-    return "nothing thrown";
-}
-bool says(std::string const& text, char const* what)
-{
-    return text.find(what) != std::string::npos;
-}
 
 } // namespace
 
@@ -150,18 +128,18 @@ TEST_CASE("a legend goes from the first colour to the last")
     CHECK(at(bar, 4, 1) == middle);
     CHECK(at(bar, 8, 1) == last);
     CHECK(at(heat_legend(1, 1), 0, 0) == first);
-    CHECK(says(message([] { (void)heat_legend(0, 5); }), "no pixels"));
+    CHECK(tests::has(tests::error_of([] { (void)heat_legend(0, 5); }), "no pixels"));
 }
 
 TEST_CASE("what is no map is refused")
 {
     std::vector<double> const two = {1, 2};
-    CHECK(says(message([&] { (void)heat_image(two, 2, 2, {0, 1}); }), "2 values are not 2 x 2"));
-    CHECK(says(message([&] { (void)heat_image(two, 2, 1, {1, 0}); }), "not in order"));
-    CHECK(says(message([&] { (void)heat_image(two, 2, 1, {0, infinite}); }), "not finite"));
-    CHECK(says(message([&] { (void)heat_image(two, 2, 1, {not_a_number, 1}); }), "not finite"));
-    CHECK(says(message([&] { (void)heat_image(two, 2, 1, {0, 1}, 0); }), "0 x 0 pixels"));
-    CHECK(says(message([&] { (void)heat_image(two, 2, 1, {0, 1}, 32'768); }), "65536 x 32768 pixels"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 2, {0, 1}); }), "2 values are not 2 x 2"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 1, {1, 0}); }), "not in order"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 1, {0, infinite}); }), "not finite"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 1, {not_a_number, 1}); }), "not finite"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 1, {0, 1}, 0); }), "0 x 0 pixels"));
+    CHECK(tests::has(tests::error_of([&] { (void)heat_image(two, 2, 1, {0, 1}, 32'768); }), "65536 x 32768 pixels"));
     CHECK(heat_image(two, 2, 1, {0, 1}, 1).width == 2);
-    CHECK(says(message([] { (void)heat_image({}, 0, 0, {0, 1}); }), "0 x 0 pixels"));
+    CHECK(tests::has(tests::error_of([] { (void)heat_image({}, 0, 0, {0, 1}); }), "0 x 0 pixels"));
 }

@@ -1,6 +1,5 @@
 #pragma once
-#include <string>
-#include <vector>
+#include "../standard.hpp"
 
 /// Is every element of an HTML page closed in order, but for those that HTML never closes?
 inline bool elements_close(std::string const& text)

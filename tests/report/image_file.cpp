@@ -1,19 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <limits>
-#include <random>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <vector>
 #if defined(__linux__)
 #include <csignal>
 #include <sys/resource.h>
@@ -61,16 +48,7 @@ void put(fs::path const& path, std::string const& bytes)
 }
 
 /// The text of the error, or "" if nothing was thrown.
-template <class Action>
-std::string error_of(Action&& action)
-{
-    try {
-        action();
-    } catch (tilemesh::Error const& error) {
-        return error.what();
-    }
-    return "";
-}
+using tests::error_of;
 
 /// Is the text one line of the form "<problem> (<why>); <what to do>"?
 bool well_formed(std::string const& text)

@@ -1,7 +1,6 @@
 // test: unoptimised test asan tsan
 #include <atomic>
-#include <doctest/doctest.h>
-#include <stdexcept>
+#include "../standard.hpp"
 #include <thread>
 #include <tilemesh/joined_threads.hpp>
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <tilemesh/report/frame_report.hpp>
 #include <utility>
 #include <vector>
 
@@ -131,6 +132,45 @@ inline std::vector<std::pair<std::string, Json>> spoiled(Json const& document)
     };
     walk(walk, Json::json_pointer());
     return out;
+}
+
+/// The schema of report.json with all numbers of `report_fields` among the members of a frame.
+inline Json with_fields(Json schema)
+{
+    auto& frame = schema["$defs"]["frame"];
+    auto const add = [](Json& object, tilemesh::report::ReportField const& field) {
+        std::string const leaf(field.leaf());
+        object["properties"][leaf] = {{"description", field.meaning}, {"type", field.exact() ? "integer" : "number"}, {"minimum", 0}};
+        auto& required = object["required"];
+        if (std::find(required.begin(), required.end(), leaf) == required.end()) required.push_back(leaf);
+    };
+    std::string last;
+    for (auto const& field : tilemesh::report::report_fields) {
+        std::string const group(field.group());
+        if (group == "size_px" || field.name == "lost") continue; // arrays
+        if (group.empty()) {
+            add(frame, field);
+            continue;
+        }
+        auto& object = frame["properties"][group];
+        if (object.is_null()) object = {{"description", group + "."}, {"type", "object"}, {"additionalProperties", false}};
+        if (group != last) object["required"] = Json::array(), object["properties"] = Json::object();
+        last = group;
+        add(object, field);
+    }
+    return schema;
+}
+
+/// The text of a schema. What holds no object is one line.
+inline std::string text_of(Json const& value, std::string const& indent = "\n")
+{
+    if (!value.is_structured()) return value.dump();
+    bool const nested = std::any_of(value.begin(), value.end(), [](Json const& v) { return v.is_object(); });
+    std::string text;
+    for (auto const& item : value.items())
+        text += (text.empty() ? "" : nested ? "," : ", ") + (nested ? indent + " " : "") +
+                (value.is_object() ? Json(item.key()).dump() + ": " : "") + text_of(item.value(), indent + " ");
+    return (value.is_object() ? "{" : "[") + text + (nested ? indent : "") + (value.is_object() ? "}" : "]");
 }
 
 } // namespace json_schema

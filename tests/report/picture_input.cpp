@@ -2,22 +2,10 @@
 // Pictures from files, as example programs read them: damage is found before a decoder sees it.
 #include "../../examples/shared/checksums.hpp"
 #include "../../examples/shared/picture_check.cpp"
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <unistd.h>
-#include <utility>
-#include <vector>
 #if __has_include(<stb/stb_image.h>) || __has_include(<stb_image.h>)
 #    include "../../examples/shared/picture_input.cpp"
 #    define TILEMESH_TEST_HAS_STB

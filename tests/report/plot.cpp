@@ -1,17 +1,6 @@
 // test: unoptimised test asan tsan
-#include <cmath>
-#include <cstddef>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <limits>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/plot.hpp>
-#include <utility>
-#include <vector>
 
 namespace {
 

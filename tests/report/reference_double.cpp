@@ -1,16 +1,9 @@
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <random>
+#include "../standard.hpp"
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <vector>
 
 namespace {
 

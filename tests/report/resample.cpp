@@ -1,12 +1,6 @@
 #include "picture_of_formula.hpp"
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
+#include "../standard.hpp"
 #include <tilemesh/report/resample.hpp>
-#include <vector>
 
 namespace {
 

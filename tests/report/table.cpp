@@ -1,11 +1,6 @@
 // test: unoptimised test asan tsan
-#include <cstdint>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <iomanip>
-#include <limits>
-#include <sstream>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/table.hpp>
 
 using tilemesh::report::Table;

@@ -1,15 +1,6 @@
 // test: unoptimised test asan tsan
-#include <array>
+#include "../standard.hpp"
 #include <chrono>
-#include <cstddef>
-#include <cstdio>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <span>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #if defined(__linux__)

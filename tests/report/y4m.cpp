@@ -1,24 +1,7 @@
 // test: unoptimised test asan
-#include <algorithm>
-#include <array>
+#include "../standard.hpp"
 #include <chrono>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <limits>
-#include <optional>
-#include <random>
-#include <sstream>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/y4m.hpp>
-#include <utility>
-#include <vector>
 
 namespace {
 

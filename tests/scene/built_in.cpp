@@ -1,17 +1,9 @@
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-#include <set>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,23 +1,11 @@
 // test: unoptimised test asan
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
-#include <string>
-#include <system_error>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,8 +1,4 @@
 #include "../splat/support.hpp"
-#include <doctest/doctest.h>
-#include <span>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/records.hpp>

@@ -1,25 +1,12 @@
 // test: unoptimised test asan
 #include "map_writers.hpp"
 #include "support.hpp"
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <glm/geometric.hpp>
-#include <glm/vec3.hpp>
-#include <random>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

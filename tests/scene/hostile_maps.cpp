@@ -2,14 +2,7 @@
 #include "../splat/runner.hpp"
 #include "ply_writer.hpp"
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
 #include <initializer_list>
-#include <string>
-#include <tilemesh/report/naive.hpp>
-#include <tilemesh/scene/ply.hpp>
-#include <vector>
 
 // Maps with hostile numbers, from their file to the picture: every pixel is finite, the picture equals the naive one, and every lost
 // Gaussian is counted.

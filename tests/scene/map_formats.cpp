@@ -2,22 +2,8 @@
 #include "map_writers.hpp"
 #include "real_packing.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using tilemesh::scene::Codecs;

@@ -2,25 +2,12 @@
 #include "map_writers.hpp"
 #include "real_packing.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <sstream>
-#include <string>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <tuple>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using tilemesh::report::Image;

@@ -2,17 +2,8 @@
 #include "map_writers.hpp"
 #include "real_packing.hpp"
 #include "support.hpp"
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <map>
-#include <sstream>
-#include <string>
 #include <sys/stat.h>
 #include <tilemesh/scene/map_file.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using tilemesh::scene::Codecs;

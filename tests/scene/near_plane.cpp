@@ -1,18 +1,11 @@
 // test: unoptimised test asan
 // The near plane of cameras that name none, and what it hides.
 #include "../splat/support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <string>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/near_plane.hpp>
-#include <vector>
 
 using namespace tilemesh;
 

@@ -1,20 +1,10 @@
 // test: unoptimised test asan tsan
-#include <array>
+#include "../standard.hpp"
 #include <cerrno>
 #include <charconv>
 #include <clocale>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <random>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tilemesh/number_text.hpp>
-#include <vector>
 
 using namespace tilemesh;
 

@@ -1,19 +1,13 @@
 // test: needs data
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
-#include <limits>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,17 +1,6 @@
 // test: needs data
 #include "ply_writer.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <limits>
-#include <string>
-#include <tilemesh/scene/ply.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using tilemesh::scene::load_ply;

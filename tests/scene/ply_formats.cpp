@@ -1,12 +1,7 @@
 // test: unoptimised test asan tsan
 #include "ply_writer.hpp"
 #include "support.hpp"
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <string>
-#include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/records.hpp>
-#include <utility>
 
 using namespace scene_test;
 

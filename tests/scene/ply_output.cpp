@@ -1,15 +1,7 @@
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <random>
-#include <sstream>
-#include <string>
+#include "../standard.hpp"
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <utility>
 
 using namespace tilemesh;
 

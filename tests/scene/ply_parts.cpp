@@ -2,15 +2,6 @@
 // A PLY map in parts: the parts together have the rows, the notes and the ids of the whole map.
 #include "ply_writer.hpp"
 #include "support.hpp"
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <optional>
-#include <sstream>
-#include <string>
-#include <tilemesh/scene/ply.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using tilemesh::scene::Map;

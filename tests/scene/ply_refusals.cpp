@@ -1,16 +1,8 @@
 // test: unoptimised test asan tsan
 #include "ply_writer.hpp"
 #include "support.hpp"
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
 #include <istream>
-#include <sstream>
-#include <string>
 #include <sys/stat.h>
-#include <tilemesh/scene/ply.hpp>
-#include <utility>
 
 using namespace scene_test;
 using tilemesh::scene::load_ply;

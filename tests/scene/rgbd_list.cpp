@@ -1,15 +1,5 @@
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/rgbd_list.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,16 +1,10 @@
 #pragma once
-#include "../short_form.hpp"
+#include "../standard.hpp"
 #include <atomic>
-#include <cstdint>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
+#include "../standard.hpp"
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <string>
 #include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/splat/camera.hpp>
 
 // Shared by the scene tests: files that remove themselves, the folder of real data, error texts.

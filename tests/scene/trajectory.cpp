@@ -1,25 +1,11 @@
 // test: unoptimised test asan, needs data
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <doctest/doctest.h>
-#include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <optional>
-#include <random>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <utility>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

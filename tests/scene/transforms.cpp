@@ -1,22 +1,10 @@
 // test: unoptimised test asan
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <random>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/detail/picture_size.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <vector>
 
 using namespace scene_test;
 using namespace tilemesh;

@@ -1,15 +1,5 @@
 // test: cost 2
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <set>
-#include <string>
-#include <tilemesh/slam/mapper.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using slam::Mapper;
@@ -189,32 +179,32 @@ TEST_CASE("mapper: what it cannot do, it refuses with a line")
 {
     float const infinity = std::numeric_limits<float>::infinity();
     for (float const depth : {0.0f, -1.0f, infinity, std::numeric_limits<float>::quiet_NaN()})
-        CHECK(on_slam::refusal([&] { Mapper({}, depth); }).find("scene depth") != std::string::npos);
+        CHECK(tests::error_of([&] { Mapper({}, depth); }).find("scene depth") != std::string::npos);
     MapperOptions o;
     o.rate = 0;
-    CHECK(on_slam::refusal([&] { Mapper({}, 1, o); }).find("a rate of 0") != std::string::npos);
+    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a rate of 0") != std::string::npos);
     o = {};
     o.window = 0;
-    CHECK(on_slam::refusal([&] { Mapper({}, 1, o); }).find("a window of 0") != std::string::npos);
+    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a window of 0") != std::string::npos);
     o = {};
     o.insert.cell = 0;
-    CHECK(on_slam::refusal([&] { Mapper({}, 1, o); }).find("cells of 0") != std::string::npos);
+    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("cells of 0") != std::string::npos);
     o = {};
     o.tile = {10, 10};
-    CHECK(on_slam::refusal([&] { Mapper({}, 1, o); }).find("tiles cannot have 10 x 10") != std::string::npos);
+    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("tiles cannot have 10 x 10") != std::string::npos);
     auto map = on_slam::wall();
     map.gaussians[2].id = splat::GaussianId{1u << 20};
-    CHECK(on_slam::refusal([&] { Mapper(map, 1); }).find("the id 1048576 cannot grow") != std::string::npos);
+    CHECK(tests::error_of([&] { Mapper(map, 1); }).find("the id 1048576 cannot grow") != std::string::npos);
     map.gaussians[2].id = splat::GaussianId{(1u << 20) - 1};
-    CHECK(on_slam::refusal([&] { Mapper(map, 1); }).empty());
+    CHECK(tests::error_of([&] { Mapper(map, 1); }).empty());
 
     Mapper mapper({}, 2);
     auto const camera = scene::make_camera(on_slam::pose(0), on_slam::lens());
     mapping::Target const small{4, 4, std::vector<splat::TargetPixel>(16)};
-    CHECK(on_slam::refusal([&] { mapper.add(camera, small); }).find("4 x 4") != std::string::npos);
-    CHECK(on_slam::refusal([&] { mapper.open_share(camera, small); }).find("4 x 4") != std::string::npos);
+    CHECK(tests::error_of([&] { mapper.add(camera, small); }).find("4 x 4") != std::string::npos);
+    CHECK(tests::error_of([&] { mapper.open_share(camera, small); }).find("4 x 4") != std::string::npos);
     CHECK(mapper.keyframes() == 0);
     auto huge = camera;
     huge.width = 4096, huge.height = 1024;
-    CHECK(on_slam::refusal([&] { mapper.add(huge, small); }).find("too many cells") != std::string::npos);
+    CHECK(tests::error_of([&] { mapper.add(huge, small); }).find("too many cells") != std::string::npos);
 }

@@ -1,17 +1,8 @@
 // test: cost 4
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <glm/geometric.hpp>
-#include <limits>
-#include <stdexcept>
-#include <string>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/slam/session.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using slam::Frame;
@@ -274,7 +265,7 @@ TEST_CASE("session: a session that was saved goes on with the same bits, between
         kept.add(frame(0));
         auto const before = kept.save();
         auto const refused = [&](Session& session, std::string const& state) {
-            CHECK(on_slam::refusal([&] { session.load(state, frame); }).find("a run cannot go on from this state (it is damaged") == 0);
+            CHECK(tests::error_of([&] { session.load(state, frame); }).find("a run cannot go on from this state (it is damaged") == 0);
         };
         for (std::size_t const size : {std::size_t{0}, std::size_t{7}, saved[5].size() / 2, saved[5].size() - 1})
             refused(kept, saved[5].substr(0, size));
@@ -299,16 +290,16 @@ TEST_CASE("session: medians of depths, and what it refuses with a line")
     auto session = begun({});
     auto frame = frame_at(truth, 0);
     frame.depth = {};
-    CHECK(on_slam::refusal([&] { session.add(frame); }).find("depths of 0 x 0") != std::string::npos);
+    CHECK(tests::error_of([&] { session.add(frame); }).find("depths of 0 x 0") != std::string::npos);
     frame.depth = report::Plane(96, 60);
     frame.colour = report::Image(60, 96);
-    CHECK(on_slam::refusal([&] { session.add(frame); }).find("60 x 96") != std::string::npos);
+    CHECK(tests::error_of([&] { session.add(frame); }).find("60 x 96") != std::string::npos);
     CHECK(session.frames() == 0);
     SessionOptions o;
     o.keyframe_every = 0;
-    CHECK(on_slam::refusal([&] { begun(o); }).find("every 0 frames") != std::string::npos);
+    CHECK(tests::error_of([&] { begun(o); }).find("every 0 frames") != std::string::npos);
     o = {};
     o.most_open = std::numeric_limits<double>::quiet_NaN();
-    CHECK(on_slam::refusal([&] { begun(o); }).find("is open") != std::string::npos);
-    CHECK(on_slam::refusal([&] { Session({}, on_slam::lens(), 0, on_slam::pose(0)); }).find("scene depth") != std::string::npos);
+    CHECK(tests::error_of([&] { begun(o); }).find("is open") != std::string::npos);
+    CHECK(tests::error_of([&] { Session({}, on_slam::lens(), 0, on_slam::pose(0)); }).find("scene depth") != std::string::npos);
 }

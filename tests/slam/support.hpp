@@ -1,15 +1,9 @@
 #pragma once
 #include "../splat/support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/track/pose_update.hpp>
-#include <utility>
-#include <vector>
 
 namespace support::slam {
 
@@ -48,16 +42,6 @@ inline scene::Intrinsics lens(std::uint32_t width = 96, std::uint32_t height = 6
 inline mapping::Seen seen_from(tilemesh::slam::Mapper& truth, scene::Pose const& at)
 {
     return truth.render(scene::make_camera(at, slam::lens()));
-}
-template <class F>
-std::string refusal(F const& f)
-{
-    try {
-        f();
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return "";
 }
 
 } // namespace support::slam

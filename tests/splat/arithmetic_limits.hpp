@@ -1,8 +1,5 @@
 #pragma once
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <vector>
 
 // The largest difference of the two arithmetics of compositing, derived from their roundings alone. It is valid for any map.
 namespace support {

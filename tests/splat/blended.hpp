@@ -1,15 +1,31 @@
 // The blending kernels without a mesh: a frame's splats, front to back, blended tile by tile.
 #pragma once
 #include "support.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 namespace support {
+
+/// The default rules with a change.
+inline tilemesh::splat::Rules with(void (*change)(tilemesh::splat::Rules&))
+{
+    tilemesh::splat::Rules m;
+    change(m);
+    return m;
+}
+/// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
+inline std::vector<tilemesh::splat::Gaussian> varied(std::uint32_t n, std::uint32_t seed)
+{
+    auto gaussians = cloud(n, seed);
+    for (auto& g : gaussians) {
+        auto const id = static_cast<std::uint32_t>(g.id);
+        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
+        if (id % 7 == 2) g.log_scale[2] -= 5;
+        if (id % 11 == 3) g.opacity = 1;
+        if (id % 13 == 4) g.opacity = 0.004f;
+        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
+    }
+    return gaussians;
+}
 
 /// A frame's visible splats, front to back.
 struct SortedSplats {

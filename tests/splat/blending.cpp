@@ -1,14 +1,6 @@
 // test: without tsan
 #include "blended.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <tilemesh/report/naive.hpp>
-#include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 
@@ -19,6 +11,7 @@ namespace inner = tilemesh::splat::detail;
 namespace {
 using Scene = support::SortedSplats;
 using Picture = support::Blended;
+using support::with;
 
 /// The frame in tiles of this size: one thread for all workers, or each of `workers` in turn.
 template <std::uint32_t Lanes = inner::lanes_in_use>
@@ -39,19 +32,9 @@ Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_widt
                 picture.count(blend_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, Worker{w, workers}));
         });
 }
-/// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
 Scene varied(std::uint32_t n, std::uint32_t seed, Rules const& rules = {})
 {
-    auto gaussians = support::cloud(n, seed);
-    for (auto& g : gaussians) {
-        auto const id = static_cast<std::uint32_t>(g.id);
-        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
-        if (id % 7 == 2) g.log_scale[2] -= 5;
-        if (id % 11 == 3) g.opacity = 1;
-        if (id % 13 == 4) g.opacity = 0.004f;
-        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
-    }
-    return Scene(std::move(gaussians), support::lens(250, 131), rules);
+    return Scene(support::varied(n, seed), support::lens(250, 131), rules);
 }
 double largest_difference(Picture const& a, Picture const& b)
 {
@@ -59,12 +42,6 @@ double largest_difference(Picture const& a, Picture const& b)
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c) most = std::max(most, std::fabs(double{a.pixels[i].rgb[c]} - double{b.pixels[i].rgb[c]}));
     return most;
-}
-Rules with(void (*change)(Rules&))
-{
-    Rules m;
-    change(m);
-    return m;
 }
 } // namespace
 

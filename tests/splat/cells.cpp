@@ -2,13 +2,7 @@
 // Blending in cells: the lists of cells, the recurrence and its exceptions, against precise arithmetic and against double precision.
 #include "blended.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <doctest/doctest.h>
-#include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/logarithm.hpp>
-#include <utility>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 
@@ -18,6 +12,8 @@ namespace inner = tilemesh::splat::detail;
 
 namespace {
 using Scene = support::SortedSplats;
+using support::varied;
+using support::with;
 using Deep = WithAlpha<WithDepth<FloatPixel>>;
 
 struct Picture {
@@ -48,12 +44,6 @@ bool same(Picture const& a, Picture const& b)
 {
     return a.contributing == b.contributing && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Deep)) == 0;
 }
-Rules with(void (*change)(Rules&))
-{
-    Rules m;
-    change(m);
-    return m;
-}
 std::vector<Rules> all_rules()
 {
     return {Rules{},
@@ -63,20 +53,6 @@ std::vector<Rules> all_rules()
             with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
             with([](Rules& m) { m.footprint = Footprint::three_sigma_tiles, m.stop = Stop::before_crossing, m.transmittance_min = 1e-4f; }),
             with([](Rules& m) { m.stop = Stop::before_crossing, m.transmittance_min = 0.5f; })};
-}
-/// Ordinary splats, needles, discs, opaque ones, and some as large as the frame.
-std::vector<Gaussian> varied(std::uint32_t n, std::uint32_t seed)
-{
-    auto gaussians = support::cloud(n, seed);
-    for (auto& g : gaussians) {
-        auto const id = static_cast<std::uint32_t>(g.id);
-        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
-        if (id % 7 == 2) g.log_scale[2] -= 5;
-        if (id % 11 == 3) g.opacity = 1;
-        if (id % 13 == 4) g.opacity = 0.004f;
-        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
-    }
-    return gaussians;
 }
 /// What a pixel is in double precision, with the cuts of the rules.
 struct Truth {

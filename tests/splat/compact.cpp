@@ -1,8 +1,6 @@
 // Records of 32 and 16 bytes: what comes back, within which bounds, and what is refused.
 #include "../../bench/common/compact.hpp"
 #include "support.hpp"
-#include <doctest/doctest.h>
-#include <limits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

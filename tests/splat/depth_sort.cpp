@@ -1,6 +1,5 @@
 // test: unoptimised asan, without tsan
 #include "runner.hpp"
-#include <doctest/doctest.h>
 
 using namespace tilemesh::splat;
 

@@ -1,8 +1,5 @@
 // test: without asan tsan
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
+#include "../standard.hpp"
 #include <tilemesh/splat/exponential.hpp>
 
 using tilemesh::splat::exponential;

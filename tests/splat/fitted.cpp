@@ -43,8 +43,8 @@ struct ByLimit : Lossless {
 };
 static_assert(Fitted<ByLimit, 3>::sizes.road == dynamic_capacity && Fitted<ByLimit, 3>::sizes.beam == dynamic_capacity);
 static_assert(Fitted<ByLimit, 3>::sizes.storage == 860 && Fitted<ByLimit, 0, true, false>::sizes.storage == 2000);
-static_assert(refitted({.storage = 1u << 30, .road = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).road == 1u << 30);
-static_assert(refitted({.storage = 1u << 30}, {60, 64, 60, 12, 76}, {60, 64, 60, 12, 76}).storage == 1u << 30);
+constexpr Setup huge = with(lossless, [](Setup& s) { s.sizes = {.storage = 1u << 30, .road = 1u << 30}; });
+static_assert(refitted(huge, huge).sizes.road == 1u << 30 && refitted(huge, huge).sizes.storage == 1u << 30);
 
 using Ledger = std::map<std::string, std::uint32_t>;
 template <class S>

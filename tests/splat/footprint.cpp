@@ -1,6 +1,5 @@
 // test: without tsan
 #include "support.hpp"
-#include <doctest/doctest.h>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/policies.hpp>
 

@@ -5,7 +5,6 @@
 #include "scenes.hpp"
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -84,7 +83,7 @@ TEST_CASE("lossless on Mk2: every camera, 40 x 36 tiles, against the naive pictu
             auto const none = report::compare(
                 frame.image, report::render_double(s.map.gaussians, camera, Rules{}, report::Cuts::none, 2));
             MESSAGE(s.map.name, "/", name, ": ", same.psnr_db, " dB with the same cut-offs, ", none.psnr_db, " dB without");
-            // float's alpha is off by at most 2.3e-5 (rows 6 to 8 of the table in tests/README.md), and the weights sum up to at most 1. 90
+            // float's alpha is off by at most 2.3e-5 (rows 6 to 8 of tests/stability/README.md), and the weights sum up to at most 1. 90
             // dB below the brightest colour is 3.2e-5 of it. The rest is for the few pairs that only one of the two draws.
             CHECK(same.psnr_db + 20 * std::log10(std::max(1.0f, brightest(s.map))) >= 90);
             // The light that the cut-offs leave out depends on the number of faint Gaussians in a map.

@@ -1,12 +1,8 @@
 // test: without asan tsan, needs data
 #include "runner.hpp"
 #include "scenes.hpp"
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
-#include <tilemesh/scene/frame_whole.hpp>
 #include <tilemesh/scene/records.hpp>
 
 using namespace tilemesh;
@@ -176,7 +172,7 @@ TEST_CASE("harmonics on Mk2: fruit_drops of degree 3 and playbot of degree 2 hav
         auto const renderer =
             support::fit_shared<Fitted<Lossless, 2>, Fitted<Lossless, 3>>(map, scene::demand_of(map), {.threads = 2});
         REQUIRE(renderer);
-        CHECK(renderer->sh_degree() == degree);
+        CHECK(renderer->setup().sh_degree == degree);
         for (auto const& camera : scene::orbit(first, scene::robust_centre(map), 4, support::fast() ? 1 : 2)) {
             auto const frame = renderer->render(camera);
             CHECK(frame.report.lost.empty());

@@ -23,9 +23,9 @@ scene::Map every(std::uint32_t n)
     for (std::size_t i = 0; i < map.gaussians.size(); i += n) some.gaussians.push_back(map.gaussians[i]);
     return some;
 }
-render::HomesChoice choice(scene::Map const& map, Grid grid)
+render::Setup choice(scene::Map const& map, Grid grid)
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     c.machine.sram_bytes = 1u << 26;
     c.sizes.homes = static_cast<std::uint32_t>(map.gaussians.size()) / grid.size() + 1;
     return c;

@@ -22,20 +22,20 @@ using Values = render::HomesRenderer<homes::DistrictPolicies<1>>;
 /// A tile of a wafer: 48 KB, of which code and stacks take a sixth.
 constexpr MachineSize wafer{"wafer", 10'000, 48 * 1024, 8 * 1024, 1, 850'000};
 
-render::HomesChoice choice_of(std::uint32_t district, splat::homes::Sizes const& sizes)
+render::Setup choice_of(std::uint32_t district, splat::Sizes const& sizes)
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     c.machine.sram_bytes = 1u << 26;
     c.machine.tiles = 10'000;
     c.sizes = sizes;
     c.district = district;
     return c;
 }
-render::HomesChoice wafer_choice(std::uint32_t district)
+render::Setup wafer_choice(std::uint32_t district)
 {
-    render::HomesChoice c;
+    auto c = splat::homes_setup;
     c.machine = wafer;
-    c.sizes = {25, 150, 8, 8};
+    c.sizes = splat::homes::homes_sizes(25, 150, 8, 8);
     c.district = district;
     return c;
 }
@@ -77,7 +77,7 @@ TEST_CASE("districts: 10,000 tiles of 48 KB have room for a table of districts, 
     Extent2 const frame{640, 360};
     std::uint64_t const records = 250'000;
     auto const bytes_of = [&](render::HomesLayout const& layout, std::string const& name) {
-        for (auto const& line : layout.ledger.lines)
+        for (auto const& line : render::ledger_of(layout.setup))
             if (std::string(line.name.text, line.name.size) == name) return line.bytes;
         return 0u;
     };
@@ -86,20 +86,20 @@ TEST_CASE("districts: 10,000 tiles of 48 KB have room for a table of districts, 
     std::vector<std::uint32_t> const tables{20 * 36, 10 * 18, 5 * 9, 3 * 5, 2 * 3, 1 * 2, 1}, columns{20, 10, 5, 3, 2, 1, 1};
     for (std::uint32_t i = 0; i < tables.size(); ++i) {
         auto const layout = render::layout_homes(wafer_choice(2u << i), o, frame, records);
-        CHECK(layout.district == 2u << i);
+        CHECK(layout.setup.district == 2u << i);
         CHECK(bytes_of(layout, homes::Table::name) == 8 + 12 * tables[i]);
         CHECK(bytes_of(layout, homes::WindowNotices::name) == 8 * (8 + 12 * columns[i]));
-        CHECK(layout.ledger.bytes <= wafer.sram_bytes);
-        CHECK(std::uint64_t{layout.sizes.homes} * 10'000 >= records);
+        CHECK(tilemesh::render::sram_bytes_of(layout.setup) <= wafer.sram_bytes);
+        CHECK(std::uint64_t{layout.setup.sizes.homes} * 10'000 >= records);
     }
     // 0 takes the smallest that fits: here, and on Mk2, where it is one tile.
-    CHECK(render::layout_homes(wafer_choice(0), o, frame, records).district == 2);
+    CHECK(render::layout_homes(wafer_choice(0), o, frame, records).setup.district == 2);
     auto large = wafer_choice(0);
-    large.sizes.held = 350; // leaves less room
-    CHECK(render::layout_homes(large, o, frame, records).district == 4);
-    render::HomesChoice mk2;
+    large.sizes.storage = 350; // leaves less room
+    CHECK(render::layout_homes(large, o, frame, records).setup.district == 4);
+    auto mk2 = splat::homes_setup;
     mk2.district = 0;
-    CHECK(render::layout_homes(mk2, {}, {1280, 720}, 1000).district == 1);
+    CHECK(render::layout_homes(mk2, {}, {1280, 720}, 1000).setup.district == 1);
     // The ledger grows with the districts: four times as many tiles have the same table, if a district's side is doubled.
     auto const table = [&](std::uint32_t side, std::uint32_t district) {
         return bytes_of(render::layout_homes(wafer_choice(district), on({side, side}), {16 * side, 5 * side}, 100), homes::Table::name);
@@ -113,11 +113,11 @@ TEST_CASE("districts: what cannot work is refused")
     CHECK_THROWS_WITH_AS(render::layout_homes(wafer_choice(3), on({10, 10}), {640, 360}, 1000),
                          "districts of 3 x 3 tiles (a side is a power of 2); choose 1, 2, 4, ..., or 0 for the smallest that fits", Error);
     scene::Map const map = support::map_of(support::cloud(5, 1));
-    CHECK_THROWS_WITH_AS(Values(map, choice_of(4, {5, 5, 3, 2}), on({2, 2})),
+    CHECK_THROWS_WITH_AS(Values(map, choice_of(4, homes::homes_sizes(5, 5, 3, 2)), on({2, 2})),
                          "a choice with districts of 4 x 4 tiles (the renderer's policies have 2 x 2); give both the same", Error);
-    CHECK_NOTHROW(Values(map, choice_of(0, {5, 5, 3, 2}), on({2, 2})));
+    CHECK_NOTHROW(Values(map, choice_of(0, homes::homes_sizes(5, 5, 3, 2)), on({2, 2})));
     auto none = wafer_choice(0); // an error that no district removes is that of single tiles
-    none.sizes.held = 5000;
+    none.sizes.storage = 5000;
     CHECK_THROWS_WITH_AS(render::layout_homes(none, on({100, 100}), {640, 360}, 1000), doctest::Contains("held splats has"), Error);
 }
 
@@ -129,12 +129,12 @@ TEST_CASE("districts: the picture is the naive loop's, bit for bit, for any grid
     struct Case {
         Grid grid;
         std::uint32_t district;
-        homes::Sizes sizes;
+        splat::Sizes sizes;
         bool fold;
     };
-    for (auto const& c : {Case{{4, 3}, 2, {100, 7, 3, 2}, true}, Case{{4, 3}, 1, {100, 7, 3, 2}, true}, Case{{5, 7}, 2, {100, 1, 1, 1}, false},
-                          Case{{5, 7}, 4, {100, 4, 1, 1}, true}, Case{{9, 11}, 2, {100, 2, 2, 3}, true}, Case{{1, 9}, 2, {100, 7, 1, 1}, true},
-                          Case{{9, 1}, 4, {100, 7, 1, 1}, true}, Case{{1, 1}, 2, {200, 20, 1, 1}, true}, Case{{6, 10}, 16, {100, 2, 1, 2}, false}}) {
+    for (auto const& c : {Case{{4, 3}, 2, homes::homes_sizes(100, 7, 3, 2), true}, Case{{4, 3}, 1, homes::homes_sizes(100, 7, 3, 2), true}, Case{{5, 7}, 2, homes::homes_sizes(100, 1, 1, 1), false},
+                          Case{{5, 7}, 4, homes::homes_sizes(100, 4, 1, 1), true}, Case{{9, 11}, 2, homes::homes_sizes(100, 2, 2, 3), true}, Case{{1, 9}, 2, homes::homes_sizes(100, 7, 1, 1), true},
+                          Case{{9, 1}, 4, homes::homes_sizes(100, 7, 1, 1), true}, Case{{1, 1}, 2, homes::homes_sizes(200, 20, 1, 1), true}, Case{{6, 10}, 16, homes::homes_sizes(100, 2, 1, 2), false}}) {
         INFO(c.grid.width, " x ", c.grid.height, " tiles, districts of ", c.district);
         auto const choice = choice_of(c.district, c.sizes);
         auto o = on(c.grid);
@@ -183,7 +183,7 @@ TEST_CASE("districts: a wafer of 100 x 100 tiles of 48 KB renders the naive loop
     constexpr std::uint32_t width = 1600, height = 500; // a block a tile
     auto const map = support::map_of(support::cloud(support::fast() ? 100 : 300, 17));
     auto choice = wafer_choice(8);
-    choice.sizes.held = 1;
+    choice.sizes.storage = 1;
     auto o = on({100, 100});
     o.digest = false;
     o.threads = 2;
@@ -195,6 +195,6 @@ TEST_CASE("districts: a wafer of 100 x 100 tiles of 48 KB renders the naive loop
     CHECK(a.report.homes.unfinished_tiles == 0);
     CHECK(rows.fold().x.tiles == 100);
     CHECK(rows.fold().y.tiles == 100);
-    CHECK(rows.facts().sram_bytes <= wafer.sram_bytes);
+    CHECK(render::sram_bytes_of(rows.setup()) <= wafer.sram_bytes);
     CHECK(rows.mesh().state<homes::Table>(TileId::at(99, 99)).size() == 13 * 13);
 }

@@ -1,14 +1,9 @@
 // test: cost 2
 // What a host does at once for all workers of a tile of the program of homes: sorted runs and their order, and a fold as a table.
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <tilemesh/splat/homes/blend.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 using namespace tilemesh;
 namespace homes = splat::homes;

@@ -310,11 +310,11 @@ struct Case {
     bool fold = true;
     splat::Rules rules{};
 };
-render::HomesChoice choice_of(Case const& c)
+render::Setup choice_of(Case const& c)
 {
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 26;
-    choice.sizes = {c.homes != 0 ? c.homes : c.n / (c.grid.width * c.grid.height) + 1, std::max(c.held, 1u), 200, 200};
+    choice.sizes = splat::homes::homes_sizes(c.homes != 0 ? c.homes : c.n / (c.grid.width * c.grid.height) + 1, std::max(c.held, 1u), 200, 200);
     choice.rules = c.rules;
     return choice;
 }
@@ -397,7 +397,7 @@ TEST_CASE("homes, random maps and machines: each round holds exactly the splats 
             chapters += frame.report.homes.chapters;
             rounds += frame.report.homes.rounds;
             refused += frame.report.homes.refused;
-            waits += frame.report.refused.channel_full + frame.report.refused.no_credit;
+            waits += frame.report.refused.by_channels();
         }
         CHECK(renderer.render(views_of(c).back()).report.passes.total() == 0);
         partly_finished += watch.partly_finished;

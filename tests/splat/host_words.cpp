@@ -40,7 +40,7 @@ std::vector<std::uint64_t> same_as_types(scene::Map const& map, RendererOptions 
     checked.make = make_checked_port<HostRenderer::Program>;
     auto more = options;
     more.threads = 2;
-    auto const facts = render::facts_of<S>(options);
+    auto const facts = render::setup_for<S>(options);
     HostRenderer one(map, facts, options, threads), two(map, facts, more, threads), checks(map, facts, options, checked);
     RenderedFrame frame, other;
     std::vector<std::uint64_t> digests;
@@ -116,11 +116,11 @@ TEST_CASE("host words: a renderer on a machine that is not Traced keeps no trace
 TEST_CASE("host words: a renderer by types refuses the facts of a setup with other steps or planes")
 {
     using Types = BasicRenderer<Referenced<support::Whole>, Mesh>::Core;
-    auto const make = [](render::SetupFacts const& facts) { Types(cloud(5, 1), facts, {}, {}); };
-    make(render::facts_of<support::Whole>());
-    CHECK_THROWS_AS(make(render::facts_of<support::NoRouting>()), Error);
-    CHECK_THROWS_AS(make(render::facts_of<support::Minimal>()), Error);
-    CHECK_THROWS_AS(make(render::facts_of<support::Planes>()), Error);
+    auto const make = [](render::Setup const& facts) { Types(cloud(5, 1), facts, {}, {}); };
+    make(render::setup_for<support::Whole>());
+    CHECK_THROWS_AS(make(render::setup_for<support::NoRouting>()), Error);
+    CHECK_THROWS_AS(make(render::setup_for<support::Minimal>()), Error);
+    CHECK_THROWS_AS(make(render::setup_for<support::Planes>()), Error);
 }
 
 TEST_CASE("host words: the program of homes, with and without planes, on threads and sequentially")
@@ -135,9 +135,9 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
     for (auto const& planes : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
         bool const depth = planes.first, alpha = planes.second;
         INFO("depth ", depth, ", alpha ", alpha);
-        render::HomesChoice choice;
+        auto choice = splat::homes_setup;
         choice.machine.sram_bytes = 1u << 24;
-        choice.sizes = {100, 12, 3, 2}; // several rounds
+        choice.sizes = splat::homes::homes_sizes(100, 12, 3, 2); // several rounds
         choice.depth = depth;
         choice.alpha = alpha;
         std::unique_ptr<AnyRenderer> types;

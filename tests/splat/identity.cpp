@@ -1,7 +1,6 @@
 // test: optimised, without asan tsan, needs data, cost 170
 #include "runner.hpp"
 #include "scenes.hpp"
-#include <array>
 
 // The project's strongest promise: if nothing is lost, the mesh's picture is the naive one, bit for bit.
 using namespace tilemesh;

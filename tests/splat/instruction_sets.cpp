@@ -2,13 +2,8 @@
 // Every instruction set that the processor has gives the same bits. What has no lanes is the judge.
 #include "blended.hpp"
 #include "support.hpp"
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
-#include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/project_all.hpp>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

@@ -1,19 +1,10 @@
 // test: optimised, needs data, cost 5
 #include "map_reference.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <limits>
-#include <string>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>
-#include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/loss.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

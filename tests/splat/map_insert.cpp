@@ -1,14 +1,7 @@
 // test: cost 1
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <set>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/map/insert.hpp>
-#include <tuple>
-#include <utility>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,14 +1,9 @@
 #pragma once
 #include "pose_reference.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/walk.hpp>
 #include <tilemesh/splat/view.hpp>
-#include <vector>
 
 // A projection and blending in double, of Gaussians whose parameters are doubles. It shares no code with the kernels. Central differences
 // of it are the truth.

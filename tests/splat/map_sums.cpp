@@ -1,17 +1,7 @@
 // test: unoptimised test, cost 3
 #include "map_reference.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <memory>
-#include <numeric>
-#include <string>
 #include <tilemesh/splat/map/tile.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <doctest/doctest.h>
 #include <string>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -53,13 +53,12 @@ std::uint64_t same_frames(std::vector<Gaussian> const& gaussians, RendererOption
 {
     auto const p = parameters_of<Packed>(gaussians);
     auto const map = support::map_of(rounded(gaussians, p));
-    ByValue<Packed> tiles(map, render::facts_of<Small<Packed>>(options), options, {});
+    ByValue<Packed> tiles(map, render::setup_for<Small<Packed>>(options), options, {});
     tiles.begin_with(p);
     options.threads = 1;
-    auto facts = render::facts_of<Room<>>(options.sizes ? *options.sizes : Small<Packed>::sizes);
-    auto const less = static_cast<std::uint32_t>(sizeof(Gaussian) - sizeof(Packed));
-    facts.policies.road_bytes -= less, facts.policies.beam_bytes -= less;
-    render::HostRenderer floats(map, std::move(facts), options, {});
+    auto setup = render::setup_for<Room<>>(options.sizes ? *options.sizes : Small<Packed>::sizes);
+    setup.own_record_bytes = sizeof(Packed);
+    render::HostRenderer floats(map, setup, options, {});
     std::uint64_t lost = 0;
     for (float const turn : {0.0f, 0.0f, 0.03f, 0.06f, -0.4f, 3.1f, 0.01f}) {
         INFO("turn ", turn);
@@ -131,22 +130,22 @@ TEST_CASE("packed records: a record that was unpacked packs to the same bits; pl
 
 TEST_CASE("packed records: the ledger of Mk2")
 {
-    auto const half = render::facts_of<WithRecord<Lossless, Compact32>>(), quarter = render::facts_of<WithRecord<Lossless, Compact16>>();
-    auto const whole = render::facts_of<Lossless>();
-    CHECK(half.record_bytes == 32);
-    CHECK(quarter.record_bytes == 16);
-    CHECK(half.policies.road_bytes == 36);
-    CHECK(quarter.policies.road_bytes == 20);
-    CHECK(quarter.policies.beam_bytes == 16);
+    auto const half = render::setup_for<WithRecord<Lossless, Compact32>>(), quarter = render::setup_for<WithRecord<Lossless, Compact16>>();
+    auto const whole = render::setup_for<Lossless>();
+    CHECK(render::record_bytes(half) == 32);
+    CHECK(render::record_bytes(quarter) == 16);
+    CHECK(splat::road_bytes(half) == 36);
+    CHECK(splat::road_bytes(quarter) == 20);
+    CHECK(splat::beam_bytes(quarter) == 16);
     // A slot has a mark, a splat and a sort key of 76 bytes beside its record.
     CHECK(half.sizes.storage == 2000 * (60 + 76) / (32 + 76));
     CHECK(quarter.sizes.storage == 2000 * (60 + 76) / (16 + 76));
     CHECK(half.sizes.road == 200 * 64 / 36);
     CHECK(quarter.sizes.beam == 200 * 60 / 16);
-    CHECK(whole.sram_bytes == 637'244);
-    CHECK(half.sram_bytes == 636'988);
-    CHECK(quarter.sram_bytes == 637'196 + sizeof(CompactBox));
-    CHECK(half.sram_bytes <= Mk2::sram_bytes);
+    CHECK(render::sram_bytes_of(whole) == 637'244);
+    CHECK(render::sram_bytes_of(half) == 636'988);
+    CHECK(render::sram_bytes_of(quarter) == 637'196 + sizeof(CompactBox));
+    CHECK(render::sram_bytes_of(half) <= Mk2::sram_bytes);
 }
 
 TEST_CASE("packed records: a map that was not rounded is refused before a frame")
@@ -156,7 +155,7 @@ TEST_CASE("packed records: a map that was not rounded is refused before a frame"
     auto map = support::map_of(rounded(gaussians, p));
     map.gaussians[7].mean_world[1] += 0.1f * p.box.mean_step;
     RendererOptions const options{.tile = {16, 16}};
-    ByValue<Compact16> renderer(map, render::facts_of<Small<Compact16>>(options), options, {});
+    ByValue<Compact16> renderer(map, render::setup_for<Small<Compact16>>(options), options, {});
     renderer.begin_with(p);
     std::string why;
     try {

@@ -1,7 +1,6 @@
 // test: unoptimised test, without test asan tsan
 // Depth and alpha: correct if the setup has them, absent otherwise.
 #include "runner.hpp"
-#include <doctest/doctest.h>
 #include <tilemesh/report/reference_double.hpp>
 
 using namespace tilemesh;

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <set>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/contribution.hpp>
 #include <type_traits>
 #include <utility>
@@ -200,7 +200,7 @@ void check_pair()
         for (std::uint32_t const records : storages) {
             auto const map = map_for(gaussians, records);
             auto const options = options_of(slots, records);
-            RendererOf<S> renderer(map, render::facts_of<S>(options), options, {});
+            RendererOf<S> renderer(map, render::setup_for<S>(options), options, {});
             if constexpr (packed<P>) renderer.begin_with(parameters);
             (records < map.gaussians.size() ? full : roomy).add(render_path<P>(renderer, map, slots, records));
         }
@@ -228,7 +228,7 @@ TEST_CASE("policy pairs: largest first and prefetch")
         for (std::uint32_t const records : storages) {
             auto const map = map_for(heap(), records);
             auto const options = options_of(slots, records);
-            render::HostRenderer renderer(map, render::facts_of<Largest>(options), options, {});
+            render::HostRenderer renderer(map, render::setup_for<Largest>(options), options, {});
             auto const seen = render_path<render::HostPolicies, true>(renderer, map, slots, records);
             if (records < map.gaussians.size()) full.add(seen);
         }

@@ -1,10 +1,6 @@
 #pragma once
 #include "support.hpp"
-#include <cmath>
-#include <cstring>
-#include <limits>
 #include <tilemesh/track/pose_evaluator.hpp>
-#include <utility>
 
 /// A map and a picture for tests that compare the sums of one evaluation of a pose on two engines.
 namespace support::pose {

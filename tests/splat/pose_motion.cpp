@@ -1,20 +1,12 @@
 // test: unoptimised test, without tsan, cost 6
 #include "pose_reference.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <limits>
-#include <string>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/pose/blend.hpp>
 #include <tilemesh/splat/pose/terms.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,13 +1,7 @@
 #pragma once
 #include "support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <random>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
-#include <vector>
 
 // A renderer in double that shares no code with the kernels: covariance by matrices, its inverse by the determinant, whole frames without
 // rectangles. Derivatives are central differences of it.

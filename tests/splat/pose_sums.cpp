@@ -1,14 +1,8 @@
 // test: without tsan
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/pose/rows.hpp>
 #include <tilemesh/splat/pose/tile.hpp>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

@@ -1,7 +1,5 @@
 // test: without tsan
 #include "support.hpp"
-#include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/splat/project_all.hpp>
 

@@ -1,7 +1,5 @@
 // test: without asan tsan
 #include "support.hpp"
-#include <doctest/doctest.h>
-#include <limits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -3,11 +3,6 @@
 // with its cut-offs, also if records are culled for it.
 #include "../compare_reports.hpp"
 #include "runner.hpp"
-#include <cstring>
-#include <doctest/doctest.h>
-#include <optional>
-#include <span>
-#include <string>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/built_in.hpp>

@@ -16,7 +16,7 @@ scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return suppor
 
 // --- what the machine says of itself ------------------------------------------------------------------------------------------
 template <class S>
-constexpr bool takes_the_bytes_of_values = policies_of<S>().road_bytes == sizeof(RoadMessage<S>) && policies_of<S>().beam_bytes == sizeof(BeamMessage<S>);
+constexpr bool takes_the_bytes_of_values = policy_words(setup_of<S>()).road_bytes == sizeof(RoadMessage<S>) && policy_words(setup_of<S>()).beam_bytes == sizeof(BeamMessage<S>);
 static_assert(takes_the_bytes_of_values<Lossless> && takes_the_bytes_of_values<Paper> && takes_the_bytes_of_values<support::Screens> &&
                   takes_the_bytes_of_values<Fitted<Lossless, 3>>,
               "a reference takes the bytes of its record");
@@ -29,7 +29,7 @@ static_assert(std::is_same_v<PoliciesOf<Referenced<Lossless>>, PoliciesOf<Refere
 
 TEST_CASE("references: the default renderer's ledger is that of the values")
 {
-    auto const values = render::facts_of<Lossless>().ledger, ours = make_runner<Referenced<Lossless>>(support::map_of({}))->facts().ledger;
+    auto const values = render::ledger_of(render::setup_for<Lossless>()), ours = render::ledger_of(make_runner<Referenced<Lossless>>(support::map_of({}))->facts());
     REQUIRE(values.size() == ours.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
         CHECK(std::string(values[i].name.text, values[i].name.size) == std::string(ours[i].name.text, ours[i].name.size));

@@ -1,11 +1,7 @@
 // test: unoptimised asan, without tsan
 #include "support.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <map>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/host_form.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,6 +1,5 @@
 #pragma once
 #include "support.hpp"
-#include <memory>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/fit_renderer.hpp>
 
@@ -22,7 +21,7 @@ public:
     virtual splat::Rules& rules() = 0;
     virtual splat::Tiling const& tiling() = 0;
     virtual Grid grid() = 0;                     ///< of the last frame; requires one
-    virtual render::SetupFacts const& facts() = 0;
+    virtual render::Setup const& facts() = 0;
     virtual void observe(Observer observer) = 0;
 
     /// The marks of the records on a tile, in the order of their slots.

@@ -1,9 +1,6 @@
 #pragma once
 #include "stand_ins.hpp"
 #include "support.hpp"
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <map>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>

@@ -1,12 +1,8 @@
 // test: without tsan
 // Searches in lists of one or two words, against a loop.
-#include <cstddef>
-#include <doctest/doctest.h>
-#include <iterator>
-#include <random>
+#include "../standard.hpp"
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/search.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,8 +1,5 @@
 #pragma once
 #include "support.hpp"
-#include <cmath>
-#include <stdexcept>
-#include <string>
 #include <tilemesh/scene/map.hpp>
 
 // Made maps. Each differs from a real map in its own way: a condition that holds for any map must hold for these.

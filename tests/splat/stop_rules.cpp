@@ -3,13 +3,6 @@
 #include "../compare_reports.hpp"
 #include "blended.hpp"
 #include "runner.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

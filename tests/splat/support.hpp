@@ -1,18 +1,8 @@
 #pragma once
-#include "../short_form.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <set>
-#include <string>
+#include "../standard.hpp"
+#include "../standard.hpp"
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
-#include <utility>
-#include <vector>
 
 namespace support {
 using namespace tilemesh;
@@ -31,23 +21,7 @@ inline std::filesystem::path data()
     return std::filesystem::is_directory(path / "maps") ? path : std::filesystem::path{};
 }
 
-/// SplitMix64. It gives the same numbers with every compiler and library.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint32_t bits()
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
-    }
-    std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(std::uint64_t{bits()} * n >> 32); }
-    float uniform(float low, float high) { return low + (high - low) * static_cast<float>(bits() >> 8) * 0x1p-24f; }
-
-private:
-    std::uint64_t state_;
-};
+using tests::Random;
 
 /// Looks along +z from the origin through a long lens: a mean at (x, y, 1000) falls on pixel coordinate (x, y), and one world unit at that
 /// depth is one pixel.

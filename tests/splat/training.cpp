@@ -12,7 +12,7 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <string>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -85,14 +85,14 @@ double largest_difference(std::vector<double> const& a, std::vector<double> cons
 /// Frames of the program of homes, in chapters if `homes` a tile are too few for the map.
 std::unique_ptr<AnyRenderer> homes_of(scene::Map const& map, Rules const& rules, std::uint32_t homes = 1000, bool planes = false)
 {
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.sizes.homes = homes;
     choice.rules = rules;
     choice.alpha = choice.depth = planes;
     RendererOptions options{.threads = 2, .grid = {3, 2}};
     options.held_slots = 50;
-    return planes ? render::make_homes_renderer<render::HomesPlanes>(map, choice, options) : render::make_homes_renderer<>(map, choice, options);
+    return render::make_homes_renderer(map, choice, options);
 }
 /// One pixel type, blended by the kernel of a host thread.
 template <class Pixel>

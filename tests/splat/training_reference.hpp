@@ -1,15 +1,9 @@
 // The picture of 3D Gaussian Splatting's rasteriser (Kerbl et al. 2023), step by step in double. It shares no function with the kernels or
 // with report/reference_double.hpp.
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
+#include "../standard.hpp"
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <vector>
 
 namespace support {
 

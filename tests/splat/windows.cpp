@@ -12,7 +12,7 @@
 #include <memory>
 #include <span>
 #include <tilemesh/error.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/footprint.hpp>
@@ -110,10 +110,10 @@ TEST_CASE("a window that keeps the farther borders needs nothing but its camera:
     RendererOptions options{.threads = 2, .grid = {4, 3}};
     options.arithmetic = Arithmetic::precise;
     auto const anchored = make_runner<Referenced<support::Whole>>(support::map_of(all), options);
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.fit = true;
-    auto const homes = render::make_homes_renderer<>(support::map_of(all), choice, options);
+    auto const homes = render::make_homes_renderer(support::map_of(all), choice, options);
     auto const in_double = report::render_double_unrounded(std::span<Gaussian const>(all), camera, {}, report::Cuts::same);
     for (PixelRect const window : {PixelRect{72, 96, 40, 60}, PixelRect{1, 96, 7, 60}, PixelRect{95, 96, 59, 60}}) {
         auto const part = window_of(camera, window);
@@ -216,10 +216,10 @@ TEST_CASE("coverage: kernels, both programs and the naive picture have the same 
     CHECK(support::differing_pixels(naive, report::render_naive(all, camera, {})) > 1000);
     auto const anchored = make_runner<Referenced<support::Whole>>(support::map_of(all), options);
     CHECK(support::differing_pixels(anchored->render(camera).image, naive) == 0);
-    render::HomesChoice choice;
+    auto choice = splat::homes_setup;
     choice.machine.sram_bytes = 1u << 24;
     choice.fit = true;
-    CHECK(support::differing_pixels(render::make_homes_renderer<>(support::map_of(all), choice, options)->render(camera).image, naive) == 0);
+    CHECK(support::differing_pixels(render::make_homes_renderer(support::map_of(all), choice, options)->render(camera).image, naive) == 0);
     auto const reference = report::render_double_unrounded(std::span<Gaussian const>(all), camera, rules, report::Cuts::same);
     double sum = 0;
     for (std::size_t i = 0; i < reference.size(); ++i) sum += (reference[i] - double{naive.rgb[i]}) * (reference[i] - double{naive.rgb[i]});

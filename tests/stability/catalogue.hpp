@@ -1,15 +1,9 @@
 #pragma once
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <fstream>
-#include <string>
+#include "../standard.hpp"
 
 // The catalogue of stiff and extreme cases as tests. There is a case named "row N: ..." for each row that applies, and one
 // `does_not_apply(N, why)` for each row that does not. tests/checks/stability.sh checks that every row occurs once.
-// tests/stability/table.sh writes the table of tests/README.md from the results that the cases report here.
+// tests/stability/table.sh writes the table of tests/stability/README.md from the results that the cases report here.
 namespace stability {
 
 /// The result of a row's case. `naive` and `ours` are measured, in words or as `number` writes them.

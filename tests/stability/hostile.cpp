@@ -2,20 +2,9 @@
 #include "naive_kernel.hpp"
 #include "reference.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <sstream>
-#include <string>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/harmonics.hpp>
-#include <utility>
-#include <vector>
 
 // Maps, cameras and rules that nobody would make on purpose.
 using namespace tilemesh;

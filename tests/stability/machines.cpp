@@ -1,8 +1,6 @@
 // test: optimised
 #include "machines.hpp"
 #include "../splat/runner.hpp"
-#include <algorithm>
-#include <utility>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

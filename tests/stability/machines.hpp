@@ -1,9 +1,6 @@
 #pragma once
-#include <cstdint>
-#include <memory>
+#include "../standard.hpp"
 #include <tilemesh/renderer.hpp>
-#include <utility>
-#include <vector>
 
 // The machines of the stability tests behind plain functions. Only machines.cpp instantiates renderers.
 namespace stability {

@@ -1,16 +1,8 @@
 #include "catalogue.hpp"
 #include "machines.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <deque>
-#include <set>
 #include <tilemesh/splat/footprint.hpp>
-#include <utility>
-#include <vector>
 
 // The owners of records on the mesh, and the way of records to them: rows 71 to 90 of the catalogue.
 using namespace tilemesh;

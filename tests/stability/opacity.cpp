@@ -3,12 +3,7 @@
 #include "machines.hpp"
 #include "../scene/ply_writer.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
 #include <tilemesh/splat/compositing.hpp>
-#include <vector>
 
 // Opacity and compositing: rows 39 to 55 of the catalogue.
 using namespace tilemesh;

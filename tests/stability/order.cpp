@@ -1,14 +1,7 @@
 #include "catalogue.hpp"
 #include "machines.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <limits>
 #include <tilemesh/splat/depth_sort.hpp>
-#include <utility>
-#include <vector>
 
 // The order of the layers: rows 56 to 63 of the catalogue.
 using namespace tilemesh;

@@ -1,15 +1,11 @@
 #include "catalogue.hpp"
 #include "kernel_pixel.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 // Reduced precision and drift: rows 64 to 70 of the catalogue. The library stores 32-bit floats everywhere; the naive form uses half
 // precision.

@@ -1,8 +1,5 @@
 #include "catalogue.hpp"
 #include "reference.hpp"
-#include <cstdio>
-#include <cstring>
-#include <sstream>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/depth_sort.hpp>

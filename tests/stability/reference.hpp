@@ -1,13 +1,7 @@
 #pragma once
 #include "../splat/support.hpp"
 #include "naive_kernel.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <limits>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 // The true alpha, the error that the rounding of its inputs excuses, and the alpha of a kernel.
 namespace stability {
@@ -230,14 +224,8 @@ inline Rules uncut()
 /// Identity pose, f about 1000, 1280 x 720.
 inline Camera plain_camera()
 {
-    Camera c{};
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
-    c.fx = c.fy = 1000;
-    c.cx = 640;
-    c.cy = 360;
-    c.near_depth = 0.2f;
-    c.width = 1280;
-    c.height = 720;
+    Camera c = support::flat_camera(1280, 720);
+    c.cx = 640, c.cy = 360;
     return c;
 }
 

@@ -2,22 +2,12 @@
 #include "machines.hpp"
 #include "naive_kernel.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <glm/matrix.hpp>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <utility>
-#include <vector>
 
 // Frame after frame on one renderer: after any camera path, a frame equals the frame of a new renderer at the same pose.
 using namespace tilemesh;

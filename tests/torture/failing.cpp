@@ -1,16 +1,11 @@
 #include "failing.hpp"
-#include <algorithm>
+#include "../standard.hpp"
 #include <atomic>
 #include <cerrno>
-#include <cstddef>
-#include <cstdio>
-#include <cstdlib>
-#include <doctest/doctest.h>
 #include <exception>
 #include <new>
 #include <sys/mman.h>
 #include <sys/syscall.h>
-#include <tilemesh/error.hpp>
 #include <unistd.h>
 #if defined(__SANITIZE_ADDRESS__)
 #    define TORTURE_ASAN 1

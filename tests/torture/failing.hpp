@@ -1,9 +1,5 @@
 #pragma once
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <string>
-#include <vector>
+#include "../standard.hpp"
 
 /// In a program with failing.cpp, allocations and mappings fail when a test asks for it: the k-th alone, or the k-th and all after it.
 namespace torture {

@@ -147,7 +147,7 @@ report::RunReport run_report()
     Renderer renderer(cloud(), options());
     report::RunReport run;
     run.map.name = "cloud";
-    run.machine.ledger = renderer.facts().ledger;
+    run.machine.ledger = render::ledger_of(renderer.setup());
     run.notes = {"a note that is longer than a short string"};
     for (auto const& camera : views()) {
         report::RunFrame frame;

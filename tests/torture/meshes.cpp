@@ -1,11 +1,8 @@
 // Meshes that run out of memory.
 #include "failing.hpp"
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/machine/superstep.hpp>
-#include <type_traits>
 
 namespace {
 

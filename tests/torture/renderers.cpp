@@ -2,7 +2,6 @@
 #include "../splat/runner.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
-#include <doctest/doctest.h>
 
 namespace {
 

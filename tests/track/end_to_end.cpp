@@ -1,24 +1,14 @@
 // test: optimised, without asan, cost 10
 #include "points.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <span>
-#include <string>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map.hpp>
-#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
-#include <utility>
-#include <vector>
 
 using namespace track_test;
 

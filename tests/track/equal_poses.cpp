@@ -1,9 +1,5 @@
 // test: unoptimised test, without asan
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -11,8 +7,6 @@
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/spoil.hpp>
 #include <tilemesh/track/tracker.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::track;

@@ -1,16 +1,9 @@
 #include "../../examples/shared/camera_path.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
+#include "../standard.hpp"
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
-#include <optional>
-#include <random>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <vector>
 
 namespace scene = tilemesh::scene;
 using shared::CameraPath;

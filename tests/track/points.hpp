@@ -1,11 +1,8 @@
 #pragma once
 #include "support.hpp"
-#include <cmath>
-#include <cstdint>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_update.hpp>
-#include <vector>
 
 // An evaluator of poses in double that needs no renderer: points of the world, and where a camera saw them.
 namespace track_test {

@@ -1,11 +1,4 @@
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/track/spoil.hpp>
 

@@ -1,12 +1,6 @@
 // test: without test asan, cost 3
 #include "../report/html_elements.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
@@ -27,10 +21,7 @@ std::string text_of(std::filesystem::path const& file)
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
-bool has(std::string const& text, std::string const& what)
-{
-    return text.find(what) != std::string::npos;
-}
+using tests::has;
 /// The sum over the run of one operation of a kernel, by names; and the passes of the kernel.
 std::uint64_t counted(Trace const& trace, std::string const& kernel, std::string const& operation)
 {

@@ -1,16 +1,5 @@
 #include "points.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/track/tracker.hpp>
-#include <utility>
-#include <vector>
 
 using namespace track_test;
 

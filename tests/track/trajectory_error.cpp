@@ -1,15 +1,7 @@
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <doctest/doctest.h>
-#include <limits>
-#include <sstream>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
-#include <vector>
 
 using namespace track_test;
 using namespace tilemesh;

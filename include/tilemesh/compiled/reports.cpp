@@ -6,6 +6,7 @@
 #include <tilemesh/report/detail/frame_csv_code.hpp>
 #include <tilemesh/report/detail/frame_report_code.hpp>
 #include <tilemesh/report/detail/image_file_code.hpp>
+#include <tilemesh/report/detail/json_text_code.hpp>
 #include <tilemesh/report/detail/number_text_code.hpp>
 #include <tilemesh/report/detail/reference_double_code.hpp>
 #include <tilemesh/report/detail/run_report_code.hpp>

@@ -222,7 +222,8 @@ inline constexpr auto kernel_table_of =
 } // namespace detail
 
 template <class Program, bool Guarded>
-inline constexpr auto state_table = detail::state_table<Guarded, typename machine::Needs<Program>::Shareds>(typename machine::Needs<Program>::States{});
+inline constexpr auto state_table =
+    detail::state_table<Guarded, typename machine::Needs<Program>::Shareds>(typename machine::Needs<Program>::States{});
 template <class Program>
 inline constexpr auto link_table = detail::link_table<typename machine::Needs<Program>::Shareds>(typename machine::Needs<Program>::Links{});
 /// By steps, the names of the operations that a kernel counts. Only a trace has them.

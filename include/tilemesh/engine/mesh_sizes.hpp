@@ -72,7 +72,7 @@ constexpr MeshSizes<Program> plain_sizes(MachineSize const& machine, Sizes const
     MeshSizes<Program> m;
     m.machine = machine;
     m.slots = {slots_or_one<S>(sizes)..., 0u};
-    m.links = {engine::LinkSize{capacity_of<L>(sizes), wire_bytes<typename L::value_type>}..., engine::LinkSize{0, 0}};
+    m.links = {engine::LinkSize{capacity_of<L>(sizes), item_bytes_of<L>(sizes)}..., engine::LinkSize{0, 0}};
     m.shares_memory = {tilemesh::shares_memory<L>(sizes)..., false};
     m.sram_bytes = SramLedger<Program>::bytes(machine, sizes);
     m.undigested = {(is_per_pass<S> ? MeshSizes<Program>::no_digest : 0u)..., 0u};
@@ -108,7 +108,7 @@ void require_least_slots([[maybe_unused]] Sizes const& sizes, machine::Types<X..
 }
 /// The sizes of a program under a setup. They are computed by the compiler, so a program has no code for it.
 template <class Program, class Machine, class Setup>
-inline constexpr auto constant_sizes = plain_sizes<Program>(size_of_machine<Machine>(), Setup::sizes, typename machine::Needs<Program>::States{},
+inline constexpr auto constant_sizes = plain_sizes<Program>(size_of_machine<Machine>(), sizes_of<Setup>, typename machine::Needs<Program>::States{},
                                                             typename machine::Needs<Program>::Links{});
 } // namespace engine
 
@@ -121,7 +121,7 @@ constexpr MeshSizes<Program> mesh_sizes() noexcept
                   "a machine with more workers than a kernel of this program has words for, or with none (the kernel's most_workers says how "
                   "many); choose another machine, or give the kernel more words");
     constexpr bool all_have_least_slots = // named, because Clang repeats an expression's types in its error
-        engine::all_have_least_slots(Setup::sizes, typename machine::Needs<Program>::States{}, typename machine::Needs<Program>::Links{});
+        engine::all_have_least_slots(sizes_of<Setup>, typename machine::Needs<Program>::States{}, typename machine::Needs<Program>::Links{});
     static_assert(all_have_least_slots,
                   "a list with fewer slots than its program needs to make progress (the least_slots of a region, as of a frame's FIFOs, say "
                   "how many); give it more slots");

@@ -272,8 +272,8 @@ protected:
         detail::BrokenContracts broken;
         detail::tilemesh_broken_contracts = &broken;
         auto* const peaks = me.state_peaks();
-        Source source{self, me, me.mail.data(), peaks, peaks + States::count, self.all_ends(std::make_integer_sequence<std::uint32_t, Links::count>{}),
-                      nullptr, 0, {0, 1}, self.keeps_trace(), {}};
+        Source source{self, me, me.mail.data(), peaks, peaks + States::count,
+                      self.all_ends(std::make_integer_sequence<std::uint32_t, Links::count>{}), nullptr, 0, {0, 1}, self.keeps_trace(), {}};
         std::uint32_t first = 0, last = n;
         for (bool more = together ? self.shares_.take(w, first, last) : n != 0; more; more = together && self.shares_.take(w, first, last)) {
             self.begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});

@@ -24,7 +24,8 @@ struct TileSample {
 struct SuperstepSample {
     std::uint32_t step;              ///< number of the step in the program
     bool votes;                      ///< do tiles vote on another superstep or round? True for UntilQuiet and for the last step of a Loop
-    std::uint32_t capacity_bytes;    ///< bytes that a compile-time exchange moves from each tile to a neighbour, if all channels have that side; 0: no channel
+    /// bytes that a compile-time exchange moves from each tile to a neighbour, if all channels have that side; 0: no channel
+    std::uint32_t capacity_bytes;
     bool sent;                       ///< did the exchange move a message or a note?
     std::vector<TileSample> tiles;
     Edge edge = Edge::reflect;       ///< of the channels that the kernel sends on; `reflect` if they differ

@@ -51,12 +51,19 @@ template <class C, class = void>
 inline constexpr bool has_memory_flag = false;
 template <class C>
 inline constexpr bool has_memory_flag<C, std::void_t<decltype(C::memory_shared)>> = true;
-/// The value of the member that a region names. It does not compile if the region names a member of another type of sizes.
+template <class Sizes, class = void>
+inline constexpr bool is_setup_value = false;
+template <class Sizes>
+inline constexpr bool is_setup_value<Sizes, std::void_t<decltype(std::declval<Sizes const&>().sizes)>> = true;
+/// The value of the member that a region names, of the sizes or of a setup's sizes. It does not compile if the region names a member of
+/// another type of sizes.
 template <class Member, class Sizes>
 constexpr auto named_size([[maybe_unused]] Sizes const& sizes, [[maybe_unused]] Member member) noexcept
 {
     if constexpr (std::is_invocable_v<Member, Sizes const&>) {
         return sizes.*member;
+    } else if constexpr (is_setup_value<Sizes>) {
+        return named_size(sizes.sizes, member);
     } else {
         static_assert(std::is_invocable_v<Member, Sizes const&>,
                       "a region of this program names a member of sizes that were not given; name the setup that has them: Tile<Machine, "
@@ -85,6 +92,15 @@ constexpr std::uint32_t column_bytes(std::uint64_t bytes) noexcept
     return bytes < 0xffffffffu ? static_cast<std::uint32_t>(bytes) : 0xffffffffu;
 }
 
+template <class X, class Sizes, class = void>
+inline constexpr bool says_item_bytes = false;
+template <class X, class Sizes>
+inline constexpr bool says_item_bytes<X, Sizes, std::void_t<decltype(X::item_bytes(std::declval<Sizes const&>()))>> = true;
+template <class X, class Sizes, class = void>
+inline constexpr bool says_present = false;
+template <class X, class Sizes>
+inline constexpr bool says_present<X, Sizes, std::void_t<decltype(X::is_present(std::declval<Sizes const&>()))>> = true;
+
 /// Do the bytes of state X count against the SRAM with these sizes?
 template <class X, class Sizes>
 constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
@@ -95,6 +111,30 @@ constexpr bool counts_against_sram([[maybe_unused]] Sizes const& sizes) noexcept
         return is_budgeted<X>;
 }
 } // namespace detail
+
+/// The bytes that an item of X, a list, or a message of X, a channel, takes on the machine: `wire_bytes` of its type, or a function of the
+/// setup that X has as `static constexpr std::uint32_t item_bytes(Setup const&)`. So a host whose lists hold references has the ledger of
+/// the machine, and one type of list serves setups with records of any size.
+template <class X, class Sizes>
+constexpr std::uint32_t item_bytes_of([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (detail::says_item_bytes<X, Sizes>)
+        return X::item_bytes(sizes);
+    else
+        return wire_bytes<typename X::value_type>;
+}
+/// Does a setup have region X? Yes, or what X says with `static constexpr bool is_present(Setup const&)`.
+template <class X, class Sizes>
+constexpr bool is_present([[maybe_unused]] Sizes const& sizes) noexcept
+{
+    if constexpr (detail::says_present<X, Sizes>)
+        return X::is_present(sizes);
+    else
+        return true;
+}
+/// The sizes of a setup type: its member `sizes`, or the whole value that the layer of a program makes of the type.
+template <class Setup, class = void>
+inline constexpr auto sizes_of = Setup::sizes;
 
 /// The channel in whose memory channel C may lie: its `memory_of`, or C itself.
 template <class C>
@@ -165,23 +205,25 @@ public:
             static_assert(X::static_capacity != dynamic_capacity || detail::has_slots<X>,
                           "a state's capacity is part of the layout; give the Buffer a number, or name its slots (static constexpr auto slots "
                           "= &Sizes::member)");
-            return X::words(0) + std::uint64_t{capacity_of<X>(sizes)} * X::item_words;
+            return X::words(0) + std::uint64_t{capacity_of<X>(sizes)} * item_bytes_of<X>(sizes) / 4;
         } else {
             return sizeof(X) / 4;
         }
     }
-    /// The SRAM of channel C on one tile with this many slots: of all its ends, in and out. A channel without slots yet counts only its heads.
-    template <class C>
-    static constexpr std::uint64_t channel_bytes(std::uint32_t slots) noexcept
+    /// The SRAM of channel C on one tile: of all its ends, in and out. A channel without slots yet counts only its heads.
+    template <class C, class Sizes>
+    static constexpr std::uint64_t channel_bytes(Sizes const& sizes) noexcept
     {
-        return (ends_in<C> + ends_out<C>) * (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * wire_bytes<typename C::value_type>));
+        auto const slots = capacity_of<C>(sizes);
+        return (ends_in<C> + ends_out<C>) *
+               (C::end_bytes(0) + (slots == dynamic_capacity ? 0u : std::uint64_t{slots} * item_bytes_of<C>(sizes)));
     }
     /// The SRAM that channel C takes in addition to the channels whose memory it shares. A channel with its own memory takes all of it.
     template <class C, class Sizes>
     static constexpr std::uint64_t own_channel_bytes(Sizes const& sizes) noexcept
     {
         using Host = MemoryOf<C>;
-        auto const mine = channel_bytes<C>(capacity_of<C>(sizes));
+        auto const mine = channel_bytes<C>(sizes);
         if constexpr (std::is_same_v<Host, C>) {
             return mine;
         } else {
@@ -191,14 +233,13 @@ public:
             static_assert(C::sends_to == Host::sends_to && C::receives_from == Host::receives_from,
                           "memory_of names a channel with other sides or another edge (the ends of the two share memory, side by side); give "
                           "both the same");
-            if (!shares_memory<C>(sizes)) return mine;
+            if (!shares_memory<C>(sizes) || !is_present<Host>(sizes)) return mine;
             // The bytes beyond the host channel and the guests before this one.
-            std::uint64_t before = channel_bytes<Host>(capacity_of<Host>(sizes));
+            std::uint64_t before = channel_bytes<Host>(sizes);
             bool found = false;
             ((found = found || std::is_same_v<L, C>,
-              before = !found && std::is_same_v<MemoryOf<L>, Host> && shares_memory<L>(sizes) &&
-                               channel_bytes<L>(capacity_of<L>(sizes)) > before
-                           ? channel_bytes<L>(capacity_of<L>(sizes))
+              before = !found && std::is_same_v<MemoryOf<L>, Host> && shares_memory<L>(sizes) && channel_bytes<L>(sizes) > before
+                           ? channel_bytes<L>(sizes)
                            : before),
              ...);
             return mine > before ? mine - before : 0;
@@ -206,19 +247,21 @@ public:
     }
 
     static constexpr std::uint32_t region_count = sizeof...(S) + sizeof...(L) + sizeof...(P) + 1;
-    /// The table for reports, in the order in which kernels name the regions. Code and stacks are last.
+    /// The table for reports, in the order in which kernels name the regions. Code and stacks are last. A region that the setup does not have
+    /// has no kind (`what` is null).
     template <class Sizes>
     static constexpr std::array<machine::Region, region_count> lines(MachineSize const& machine, Sizes const& sizes) noexcept
     {
-        return {{machine::Region{name_of<L>(), detail::channel_text<L>(), detail::column_bytes(own_channel_bytes<L>(sizes)), true}...,
-                 machine::Region{name_of<S>(), "state", detail::column_bytes(4 * words<S>(sizes)), detail::counts_against_sram<S>(sizes)}...,
-                 machine::Region{name_of<P>(), "broadcast", static_cast<std::uint32_t>(sizeof(P)), true}...,
+        return {{line<L>(detail::channel_text<L>(), own_channel_bytes<L>(sizes), true, sizes)...,
+                 line<S>("state", 4 * words<S>(sizes), detail::counts_against_sram<S>(sizes), sizes)...,
+                 machine::Region{name_of<P>(), "broadcast", broadcast_bytes<P>(sizes), true}...,
                  machine::Region{{"code and stacks", 15}, "reserve", machine.code_bytes, true}}};
     }
     /// The bytes of SRAM that X, a state or a channel, takes.
     template <class X, class Sizes>
     static constexpr std::uint64_t counted_bytes(Sizes const& sizes) noexcept
     {
+        if (!is_present<X>(sizes)) return 0;
         if constexpr (is_channel<X>)
             return own_channel_bytes<X>(sizes);
         else
@@ -228,8 +271,24 @@ public:
     template <class Sizes>
     static constexpr std::uint64_t bytes(MachineSize const& machine, [[maybe_unused]] Sizes const& sizes) noexcept
     {
-        return machine.code_bytes + (std::uint64_t{0} + ... + counted_bytes<L>(sizes)) + (std::uint64_t{0} + ... + sizeof(P)) +
+        return machine.code_bytes + (std::uint64_t{0} + ... + counted_bytes<L>(sizes)) + (std::uint64_t{0} + ... + broadcast_bytes<P>(sizes)) +
                (std::uint64_t{0} + ... + counted_bytes<S>(sizes));
+    }
+
+private:
+    template <class X, class Sizes>
+    static constexpr std::uint32_t broadcast_bytes([[maybe_unused]] Sizes const& sizes) noexcept
+    {
+        if constexpr (detail::says_item_bytes<X, Sizes>)
+            return X::item_bytes(sizes);
+        else
+            return sizeof(X);
+    }
+    template <class X, class Sizes>
+    static constexpr machine::Region line(char const* what, std::uint64_t bytes, bool budgeted, Sizes const& sizes) noexcept
+    {
+        if (is_present<X>(sizes)) return {name_of<X>(), what, detail::column_bytes(bytes), budgeted};
+        return {name_of<X>(), nullptr, 0, false};
     }
 };
 
@@ -255,17 +314,17 @@ public:
     template <class X>
     static constexpr std::uint32_t words() noexcept
     {
-        return static_cast<std::uint32_t>(Base::template words<X>(Setup::sizes));
+        return static_cast<std::uint32_t>(Base::template words<X>(sizes_of<Setup>));
     }
     template <class C>
     static constexpr std::uint32_t channel_bytes() noexcept
     {
-        return column_bytes(Base::template channel_bytes<C>(capacity_of<C>(Setup::sizes)));
+        return column_bytes(Base::template channel_bytes<C>(sizes_of<Setup>));
     }
     template <class C>
     static constexpr std::uint32_t own_channel_bytes() noexcept
     {
-        return column_bytes(Base::template own_channel_bytes<C>(Setup::sizes));
+        return column_bytes(Base::template own_channel_bytes<C>(sizes_of<Setup>));
     }
     /// The word at which X begins if all states of a tile are one tensor.
     template <class X>
@@ -274,9 +333,9 @@ public:
         static_assert(machine::contains<X, States>, "no kernel of this program keeps this state");
         return offset_in<X>(States{});
     }
-    static constexpr auto ledger() noexcept { return Base::lines(machine, Setup::sizes); }
+    static constexpr auto ledger() noexcept { return Base::lines(machine, sizes_of<Setup>); }
     /// The bytes that count against the SRAM.
-    static constexpr std::uint64_t bytes = Base::bytes(machine, Setup::sizes);
+    static constexpr std::uint64_t bytes = Base::bytes(machine, sizes_of<Setup>);
 
 private:
     template <class X, class... S>
@@ -348,7 +407,7 @@ template <class Machine, class Program, class Setup = NoSetup>
 class Tile : public detail::Layout<Machine, Program, Setup> {
     using Base = detail::Layout<Machine, Program, Setup>;
     struct Sized : Base {
-        static constexpr auto setup_sizes() noexcept { return Setup::sizes; }
+        static constexpr auto setup_sizes() noexcept { return sizes_of<Setup>; }
     };
     using Largest = detail::LargestRegion<Sized>;
     static_assert(detail::SramBudget<Machine, typename Largest::type, Largest::bytes(),

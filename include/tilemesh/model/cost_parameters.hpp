@@ -159,13 +159,13 @@ TILEMESH_HOST CostModel mk2();
 TILEMESH_HOST double host_link_milliseconds(CostModel const& model, std::uint64_t bytes);
 
 /// Writes a model as text: `#` comments, `model NAME`, then one parameter a line, `name value unit source`; a network has lines of its own
-/// (model/network_lines.hpp). read_cost_model reads it back as the same model. Throws `Error` if the text could not hold the model: a parameter has no unit or source, or a value or unit other than
-/// the model's own (set_parameter keeps them equal).
+/// (model/network_lines.hpp). read_cost_model reads it back as the same model. Throws `Error` if the text could not hold the model: a parameter has
+/// no unit or source, or a value or unit other than the model's own (set_parameter keeps them equal).
 TILEMESH_HOST void write_cost_model(std::ostream& out, CostModel const& model);
 
-/// Reads the text of write_cost_model: all parameters, and a network or none, in any order, each once; `#` begins a comment line. A line in millicycles under any
-/// other name is an operation's price; model_cost refuses a program whose operation has no price. Throws `Error`, one line that names
-/// `file_name` and the line, for any other text.
+/// Reads the text of write_cost_model: all parameters, and a network or none, in any order, each once; `#` begins a comment line. A line in
+/// millicycles under any other name is an operation's price; model_cost refuses a program whose operation has no price. Throws `Error`, one line that
+/// names `file_name` and the line, for any other text.
 TILEMESH_HOST CostModel read_cost_model(std::istream& in, std::string const& file_name);
 
 }} // namespace tilemesh

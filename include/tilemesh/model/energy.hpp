@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <istream>
 #include <optional>
-#include <ostream>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -83,12 +82,8 @@ struct Energy {
 /// trace.
 TILEMESH_HOST Energy energy_of(EnergyModel const& energy, CostModel const& model, Trace const& trace, Grid grid);
 
-/// Writes a model as text: `#` comments, `energy NAME`, then one event a line, `name value unit source`. read_energy_model reads it back as
-/// the same model. Throws `Error` if the model's name is not one line of text, and for a parameter that set_energy would not have made.
-TILEMESH_HOST void write_energy_model(std::ostream& out, EnergyModel const& model);
-
-/// Reads the text of write_energy_model: events in any order, each at most once; `#` begins a comment line. Throws `Error`, one line that
-/// names `file_name` and the line, for any other text.
+/// Reads a model from text: `#` comments, `energy NAME`, then one event a line, `name value unit source`, in any order, each at
+/// most once. Throws `Error`, one line that names `file_name` and the line, for any other text.
 TILEMESH_HOST EnergyModel read_energy_model(std::istream& in, std::string const& file_name);
 
 }} // namespace tilemesh

@@ -24,8 +24,8 @@ struct StudyPoint {
     std::string map{};                 ///< with its views: points of different maps are not compared
 };
 
-/// Does `a` beat `b`: of the same map, no number is worse, and one is better? Bytes count if both points have them of one kind. A point that cannot run, loses
-/// something, or whose time leaves something out, beats none.
+/// Does `a` beat `b`: of the same map, no number is worse, and one is better? Bytes count if both points have them of one kind. A point that cannot
+/// run, loses something, or whose time leaves something out, beats none.
 TILEMESH_HOST bool beats(StudyPoint const& a, StudyPoint const& b) noexcept;
 
 /// The Pareto front by error, time, SRAM and bytes exchanged: indices of the points that no other one beats, by time. Points that cannot run,
@@ -43,8 +43,8 @@ TILEMESH_HOST std::vector<MapFront> fronts_of(std::span<StudyPoint const> points
 /// What a knee is, for readers of a report.
 inline constexpr char knee_meaning[] =
     "The knee is where more time stops to buy much: of the points of the front of which each slower one has more gain, the one farthest above the "
-    "straight line from the fastest of them to the slowest of them, both axes from 0 to 1. The gain is PSNR; if the whole front has one PSNR, it is less SRAM of a "
-    "tile; if that is equal too, fewer bytes exchanged.";
+    "straight line from the fastest of them to the slowest of them, both axes from 0 to 1. The gain is PSNR; if the whole front has one PSNR, it is "
+    "less SRAM of a tile; if that is equal too, fewer bytes exchanged.";
 /// The knee of one map's front, as `knee_meaning` says. Nothing if there are fewer than three such points. An infinite PSNR counts as 150 dB.
 TILEMESH_HOST std::optional<std::size_t> knee_of(std::span<StudyPoint const> points, std::span<std::size_t const> front);
 

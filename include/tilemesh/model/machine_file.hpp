@@ -11,7 +11,7 @@
 #include <tilemesh/model/network.hpp>
 #include <vector>
 
-// Machines as files: each number with its source, as machines/mk2.txt.
+// Machines as files: each number with its source, as examples/machines/mk2.txt.
 namespace tilemesh { inline namespace v0_2 {
 
 /// A number of a machine, with where it is from.

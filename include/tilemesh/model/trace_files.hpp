@@ -37,13 +37,6 @@ private:
 /// A field of a CSV line (RFC 4180): in quotes if it needs them, with each quote in it doubled.
 TILEMESH_HOST std::string csv_field(std::string_view text);
 
-/// The number of bytes of the UTF-8 character at the front of `text`; 0 if there is none. RFC 3629 allows no longer form than
-/// needed, no surrogate, and nothing above U+10FFFF.
-TILEMESH_HOST std::size_t utf8_length(std::string_view text) noexcept;
-
-/// A JSON string with its quotes. A byte that is not UTF-8 becomes U+FFFD, because JSON cannot express it.
-TILEMESH_HOST std::string json_string(std::string_view text);
-
 template <class Quote>
 std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 {

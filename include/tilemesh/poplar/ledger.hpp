@@ -26,7 +26,8 @@ inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : 
 /// Vertices of loops (BeginLoop, TestLoop) and of conditions (TestFlag).
 template <class Program>
 inline constexpr std::uint32_t control_bytes =
-    StepTraits<Program>::loops * (2 * span_bytes + word_bytes + span_bytes + 2 * word_bytes) + StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
+    StepTraits<Program>::loops * (2 * span_bytes + word_bytes + span_bytes + 2 * word_bytes) +
+        StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, machine::Types<Step...>, machine::Types<L...>) noexcept
 {
@@ -46,7 +47,8 @@ template <class Program>
 constexpr std::uint32_t log_bytes() noexcept
 {
     // said, rows said, again (a bool, stored as a word)
-    return 4 * (TileLog<Program>::words + RunLog::words<Program> + StepTraits<Program>::loops + 1 + 1 + 1) + static_cast<std::uint32_t>(sizeof(RunRectangle));
+    return 4 * (TileLog<Program>::words + RunLog::words<Program> + StepTraits<Program>::loops + 1 + 1 + 1) +
+           static_cast<std::uint32_t>(sizeof(RunRectangle));
 }
 /// The bytes on tile 0 to which the votes of its row, and those of all rows, arrive after each step. If Poplar let steps share them, the
 /// bytes of one step would be enough.
@@ -59,7 +61,7 @@ constexpr std::uint32_t arriving_bytes(Grid grid) noexcept
 template <class Program, class Setup = NoSetup>
 constexpr std::uint32_t vertex_bytes() noexcept
 {
-    return detail::control_bytes<Program> + detail::vertex_bytes(Setup::sizes, StepsOf<Program>{}, typename machine::Needs<Program>::Links{});
+    return detail::control_bytes<Program> + detail::vertex_bytes(sizes_of<Setup>, StepsOf<Program>{}, typename machine::Needs<Program>::Links{});
 }
 
 /// The ledger of a tile as Poplar stores the program. Experimental until an SDK has compiled it. The first lines are those of

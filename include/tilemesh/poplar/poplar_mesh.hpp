@@ -28,9 +28,9 @@ struct PoplarOptions {
     bool digest = false;          ///< not available here: no host sees the words between supersteps
 };
 
-/// Runs a program on an IPU, through Poplar. It has the members of Mesh, and gives the same bits and counters. It runs the same kernels
-/// (poplar/codelet.hpp) on the graph that the program's type describes (poplar/program_graph.hpp). So `BasicRenderer<S, PoplarMesh>` is a
-/// renderer. Experimental until an SDK has compiled it.
+/// Runs a program on an IPU, through Poplar. It has the members of Mesh, and gives the same bits and counters. It runs the program's
+/// kernels (poplar/codelet.hpp), never their `AllWorkers`, on the graph that the program's type describes (poplar/program_graph.hpp). So
+/// `BasicRenderer<S, PoplarMesh>` is a renderer. Experimental until an SDK has compiled it.
 ///
 /// The host keeps a mirror of each state. `state` fetches a region (of all tiles) if the device has changed it. A region that was taken
 /// without const goes back before the next run. A reference or view from `state` is valid until the next run; take it again after a run. A

@@ -84,7 +84,8 @@ constexpr std::uint32_t mix_state(std::uint32_t h) noexcept
         return mix(h, static_cast<std::uint32_t>(sizeof(X)));
 }
 template <class... Step, class... S, class... L, class... P>
-constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, machine::Types<Step...>, machine::Types<S...>, machine::Types<L...>, machine::Types<P...>) noexcept
+constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, machine::Types<Step...>, machine::Types<S...>, machine::Types<L...>,
+                                machine::Types<P...>) noexcept
 {
     std::uint32_t h = mix(mix(2166136261u, workers), traced ? 1u : 0u);
     ((h = mix(h, name_of<KernelOf<Step>>())), ...);

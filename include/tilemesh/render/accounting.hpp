@@ -1,59 +1,26 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/tile_sums.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 
 /// Pure functions that make a frame's report from counters.
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
-/// The sums of the tiles' counters in a frame.
-struct TileSums {
-    std::uint64_t visible = 0, parked = 0, moved = 0, hops = 0, copies = 0;
-    std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
-    std::uint64_t evaluated = 0, contributing = 0;
-    static constexpr std::size_t words = 12; ///< all members are words of 8 bytes
-
-    void add(splat::Counts const& c, splat::Work const& w) noexcept
-    {
-        visible += c.visible;
-        parked += c.parked;
-        moved += c.moved;
-        hops += c.hops;
-        copies += c.copies;
-        channel_full += c.channel_full;
-        no_credit += c.no_credit;
-        storage_full += c.storage_full;
-        copies_full += c.copies_full;
-        copies_refused += c.copies_refused;
-        for (std::uint32_t i = 0; i < splat::Work::max_workers; ++i) {
-            evaluated += w.evaluated[i];
-            contributing += w.contributing[i];
-        }
-    }
-};
-
-static_assert(sizeof(TileSums) == 8 * TileSums::words, "processes add up all words of the sums");
+using AnchoredSums = TileSums<splat::Counts, splat::Work>;
 
 /// The report of one run of the frame program `Frame<P>`, without the list of losses. `holds`: full channels held records back (`Hold`).
 template <class P>
-report::FrameReport account(RunCounters const& run, TileSums const& sums, bool holds)
+report::FrameReport account(RunCounters const& run, AnchoredSums const& sums, bool holds)
 {
     using Steps = splat::FrameSteps<P>;
     report::FrameReport r;
-    r.gaussians.visible = sums.visible;
-    r.gaussians.parked = sums.parked;
-    r.gaussians.moved = sums.moved;
-    r.gaussians.held = holds ? sums.channel_full + sums.no_credit : 0;
-    r.hops = sums.hops;
-    r.copies = sums.copies;
-    r.refused = {sums.channel_full, sums.no_credit, sums.storage_full, sums.copies_full, sums.copies_refused};
-    r.pairs = sums.evaluated * splat::pairs_a_count;
-    r.pairs_contributing = sums.contributing;
+    sums.add_to(r);
+    add_traffic(run, r);
+    r.gaussians.held = holds ? r.refused.by_channels() : 0;
     // A step that the setup leaves out counts 0.
     auto const passes = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].passes; };
     auto const exchanges = [&](std::uint32_t step) { return step == Steps::none ? 0u : run.steps[step].exchanges; };
@@ -64,36 +31,25 @@ report::FrameReport account(RunCounters const& run, TileSums const& sums, bool h
                    exchanges(Steps::composite)};
     r.host_ms = {milliseconds(Steps::project), milliseconds(Steps::route), milliseconds(Steps::bloom_first) + milliseconds(Steps::bloom),
                  milliseconds(Steps::depth_sort) + milliseconds(Steps::composite), 0, 0};
-    r.messages = run.messages();
-    for (auto const& s : run.steps) {
-        r.exchanged_live_bytes += s.live_bytes;
-        r.exchanged_capacity_bytes += s.capacity_bytes;
-    }
     for (auto const& p : run.peaks) {
         if (p.region == splat::Storage<P>::name) r.peak_storage = p.items;
         if (p.region == splat::Road<P>::name || p.region == splat::Beam<P>::name)
             r.peak_channel = std::max(r.peak_channel, p.items);
     }
-    r.digests = run.digests;
     return r;
 }
 
-/// Adds the second run to the report of a frame that ran twice. A frame runs twice if the host recalled copies of missing records. The
-/// result is the first run's report with the final state of the second run, which moved no record. Its passes are those
-/// of both runs.
+/// Adds the second run to the report of a frame that ran twice (`report::Rerun`). The second run moved no record.
 inline void add_second_run(report::FrameReport& r, report::FrameReport const& again)
 {
-    r.copies = again.copies;
-    r.pairs = again.pairs;
-    r.pairs_contributing = again.pairs_contributing;
-    for (auto const stage : {&report::FrameReport::ByStage::project, &report::FrameReport::ByStage::route,
-                             &report::FrameReport::ByStage::bloom, &report::FrameReport::ByStage::composite})
-        r.passes.*stage += again.passes.*stage;
+    for (auto const& field : report::report_fields) {
+        if (field.rerun == report::Rerun::first) continue;
+        bool const sum = field.rerun == report::Rerun::sum;
+        if (field.exact()) field.set_count(r, (sum ? field.count(r) : 0) + field.count(again));
+        else field.set_milliseconds(r, (sum ? field.milliseconds(r) : 0.0) + field.milliseconds(again));
+    }
     r.lost = again.lost;
     r.full_tiles = again.full_tiles;
-    r.lost_copies = again.lost_copies;
-    r.late_copies = again.late_copies;
-    r.host_ms.composite += again.host_ms.composite;
     r.digests.insert(r.digests.end(), again.digests.begin(), again.digests.end());
 }
 

@@ -14,8 +14,8 @@
 #include <tilemesh/render/record_keeper.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
-#include <tilemesh/render/setup_choice.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
+#include <tilemesh/render/setup_on_mesh.hpp>
 #include <type_traits>
 #include <utility>
 
@@ -23,7 +23,7 @@ namespace tilemesh { inline namespace v0_2 {
 
 namespace render {
 
-/// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (SetupFacts). `Machine` is AnyMachine or
+/// A renderer of policies P: BasicRenderer without the setup, which it takes as a value (Setup). `Machine` is AnyMachine or
 /// Traced<AnyMachine>. `HostRenderer` (renderer.hpp) is the one that the compiled library has.
 ///
 /// The way of a Gaussian: `RecordTable` (the map) - `RecordKeeper` (onto tiles) - `ScreenCache` (projected, by reference) - the program
@@ -47,7 +47,7 @@ public:
     static_assert(HostType::has_one_memory || !by_reference, "references to a table of the host on an engine over several processes (a tile "
                                                              "of another process cannot read that table); choose a setup by value");
 
-    FrameRenderer(scene::Map map, SetupFacts facts, RendererOptions const& options, EngineOptions engine);
+    FrameRenderer(scene::Map map, Setup setup, RendererOptions const& options, EngineOptions engine);
     ~FrameRenderer();
     FrameRenderer(FrameRenderer const&) = delete;
     FrameRenderer& operator=(FrameRenderer const&) = delete;
@@ -56,8 +56,8 @@ public:
     splat::Rules& rules() noexcept { return rules_; }
     splat::Rules const& rules() const noexcept { return rules_; }
 
-    /// The machine, the sizes and the ledger of the setup.
-    SetupFacts const& facts() const noexcept { return facts_; }
+    /// What it renders with.
+    Setup const& setup() const noexcept { return setup_; }
 
     /// The parameters with which a mesh is built, if tiles store a form of their own of the records: what these share must be known before
     /// the first record is loaded. The next mesh has them. The map must have the records that this form stands for, because the host
@@ -129,22 +129,22 @@ private:
     void build(Grid grid, splat::View const* view)
     {
         host_.build(options_, records_, [&] {
-            return MeshPlan<Program>{splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(facts_)};
+            return MeshPlan<Program>{splat::frame_program<P>(options_.hops), grid, mesh_sizes_of<P>(setup_)};
         }, view, tiling_);
-        limit_lists<P>(host_.mesh(), facts_, options_);
+        limit_lists<P>(host_.mesh(), setup_, options_);
         blacken();
         if constexpr (splat::stores_own_form<P>) frame() = own_;
         last_.reset();
         prefetched_ = false;
         left_ = {};
-        keeper_.begin(host_, tiling_, storage_slots(), facts_.routes);
+        keeper_.begin(host_, tiling_, storage_slots(), setup_.routes);
     }
     void blacken()
     {
-        size_framebuffers<P>(host_, tiling_, size_, facts_.has_planes());
+        size_framebuffers<P>(host_, tiling_, size_, setup_.has_planes());
         kept_.forget();
     }
-    std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : facts_.sizes.storage; }
+    std::uint32_t storage_slots() const noexcept { return options_.storage_slots != 0 ? options_.storage_slots : setup_.sizes.storage; }
     Parameters& frame() noexcept { return host_.mesh().template broadcast<Parameters>(); }
 
     /// In a new view, projects the host's table and puts the missing records onto the mesh. Returns whether there is anything new to show.
@@ -158,9 +158,9 @@ private:
                 cache_.project(records_, first, last, view, tiling_, !last_, frame());
             });
         if constexpr (!P::routes || splat::has_parts_words<Parameters>)
-            if (!facts_.routes) keeper_.place(host_, view, tiling_);
+            if (!setup_.routes) keeper_.place(host_, view, tiling_);
         if constexpr (P::routes)
-            if (facts_.routes && facts_.policies.holds != 0 && !keeper_.missing().empty())
+            if (setup_.routes && setup_.holds && !keeper_.missing().empty())
                 keeper_.load(host_, tiling_, last_.has_value());
         return true;
     }
@@ -168,16 +168,16 @@ private:
     {
         auto const flag = [](bool set) { return static_cast<std::uint8_t>(set ? 1 : 0); };
         static_cast<splat::FrameParameters&>(frame()) = {view, tiling_, flag(changed), flag(changed && left_.copies_lost), flag(left_.cut)};
-        write_words(facts_, frame());
+        write_words(setup_, frame());
         // With a bound on hops, after a loss, or where a record with a full channel ahead becomes one of the tile's own (`Drop`), a tile may
         // have a record or a copy that did not touch it in the view before.
         bool const regular =
-            !left_.cut && options_.hops == 0 && !left_.copies_lost && facts_.routes && facts_.blooms && facts_.policies.holds != 0;
+            !left_.cut && options_.hops == 0 && !left_.copies_lost && setup_.routes && setup_.blooms && setup_.holds;
         if constexpr (by_reference) cache_.point(frame(), changed && regular);
     }
 
     /// Does the host keep the missing records? If not, they are lost for good.
-    bool host_keeps() const noexcept { return !facts_.routes || facts_.policies.holds != 0; }
+    bool host_keeps() const noexcept { return !setup_.routes || setup_.holds; }
     report::FrameReport run()
     {
         if constexpr (may_keep_pixels<P>) kept_.begin_run(frame(), host_.mesh().grid());
@@ -199,11 +199,11 @@ private:
         auto const& now = frame();
         auto const sums = keeper_.sums(host_, now.view, tiling_, host_keeps());
         report::FrameReport r;
-        host_.step([&] { r = account<P>(counters, sums, facts_.policies.holds != 0); });
+        host_.step([&] { r = account<P>(counters, sums, setup_.holds); });
         left_.count(r, now.resend_copies != 0, now.view_changed != 0);
-        bool const spans = !facts_.blooms && keeper_.any_spans(host_, tiling_);
+        bool const spans = !setup_.blooms && keeper_.any_spans(host_, tiling_);
         if (r.refused.storage_full != 0 || !keeper_.missing().empty() || left_.lacks_copies() || options_.hops != 0 || spans) {
-            LossQuestion const question{host_.mesh().grid(), now.view, now.tiling, facts_.routes, facts_.blooms, facts_.policies.holds != 0,
+            LossQuestion const question{host_.mesh().grid(), now.view, now.tiling, setup_.routes, setup_.blooms, setup_.holds,
                                         options_.hops != 0, storage_slots()};
             auto off = host_.template losses<P>(question, records_, r);
             keeper_.set_missing(std::move(off.missing), std::move(off.missing_ids));
@@ -214,7 +214,7 @@ private:
 
     struct NoWords {};
     RendererOptions options_;
-    SetupFacts facts_;
+    Setup setup_;
     [[no_unique_address]] std::conditional_t<splat::stores_own_form<P>, Parameters, NoWords> own_{};
     HostType host_;
     typename HostType::Records records_;
@@ -233,16 +233,17 @@ private:
 // The members that users call are defined outside the class. So with `extern template` users need not compile them or what they call.
 
 template <class P, template <class, class> class Engine, class Machine>
-FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, SetupFacts facts, RendererOptions const& options, EngineOptions engine)
-    : options_(options), facts_(std::move(facts)), host_(std::move(engine)), records_(std::move(map), facts_.sh_degree),
+FrameRenderer<P, Engine, Machine>::FrameRenderer(scene::Map map, Setup setup, RendererOptions const& options, EngineOptions engine)
+    : options_(options), setup_(checked(std::move(setup))), host_(std::move(engine)), records_(std::move(map), setup_.sh_degree),
       cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), kept_(may_keep_pixels<P> && options.keep_pixels),
-      rules_(with_options(facts_.rules, options))
+      rules_(with_options(setup_.rules, options))
 {
-    check_facts<P>(facts_);
-    check_hops(facts_, options.hops);
-    auto const& words = facts_.policies;
-    host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds, words.carried, words.reusable,
-                                        words.road_bytes, words.beam_bytes, static_cast<std::uint32_t>(facts_.colour), options_.hops, options_.storage_slots, words.ranks});
+    check_policies<P>(setup_);
+    check_hops(setup_, options.hops);
+    auto const words = splat::policy_words(setup_);
+    host_.identify(records_, options_, {options_.rows_of_all_parts, options_.channel_slots, options_.waiting_slots, words.holds,
+                                        words.carried, words.reusable, words.road_bytes, words.beam_bytes,
+                                        static_cast<std::uint32_t>(setup_.colour), options_.hops, options_.storage_slots, words.ranks});
 }
 template <class P, template <class, class> class Engine, class Machine>
 FrameRenderer<P, Engine, Machine>::~FrameRenderer() = default;
@@ -255,7 +256,7 @@ void FrameRenderer<P, Engine, Machine>::prepare_for(std::uint32_t width, std::ui
 {
     host_.drop_halfway();
     if (host_.has_mesh() && width == size_.width && height == size_.height) return;
-    auto const layout = layout_frame({options_.grid, options_.tile}, width, height, facts_.machine, facts_.sizes.tile_pixels, facts_.name);
+    auto const layout = layout_frame({options_.grid, options_.tile}, width, height, setup_.machine, setup_.sizes.tile_pixels, setup_.name);
     size_ = {width, height};
     tiling_ = layout.tiling;
     if (host_.has_mesh() && layout.grid.width == host_.mesh().grid().width && layout.grid.height == host_.mesh().grid().height) {
@@ -302,12 +303,12 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     auto report = run();
     report.host_ms.project += prepared_ms;
     // If records found no room, the frame runs again without their copies, so that the picture shows a record whole or not at all.
-    bool const may_recall = facts_.policies.holds != 0 && options_.hops == 0;
+    bool const may_recall = setup_.holds && options_.hops == 0;
     if (may_recall && keeper_.recall_copies(host_)) run_again(report);
     check_sums(report, records_.all_rows(), gone);
 
     engine::Stopwatch const collecting;
-    host_.template picture<P>(facts_, tiling_, camera, result);
+    host_.template picture<P>(setup_, tiling_, camera, result);
     result.report = std::move(report);
     result.report.width = camera.width;
     result.report.height = camera.height;
@@ -325,7 +326,7 @@ Prefetched FrameRenderer<P, Engine, Machine>::prefetch(splat::Camera const& came
     requires(splat::has_parts_words<typename Q::Parameters>)
 {
     engine::Stopwatch const all;
-    check_prefetch(facts_, options_.hops);
+    check_prefetch(setup_, options_.hops);
     auto const view = host_.view_of(camera, rules_, [](splat::View const&) {});
     prepare_for(camera.width, camera.height, &view);
     host_.begin_frame();

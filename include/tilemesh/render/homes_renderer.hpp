@@ -11,20 +11,37 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/homes_results.hpp>
-#include <tilemesh/render/homes_choice.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/homes_form.hpp>
 #include <tilemesh/render/homes_records.hpp>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
+
+/// Throws Error if a setup's records or pixels are not those of the policies. `Wider`: tiles may store more than the ledger counts.
+template <class P, bool Wider>
+void check_homes(Setup const& s)
+{
+    using Pixel = typename P::Pixel;
+    bool const rgbx8 = splat::colour_format<Pixel> == ColourFormat::rgbx8;
+    bool fits = Pixel::has_depth >= s.depth && Pixel::has_alpha >= s.alpha && (s.colour == ColourFormat::rgbx8) >= rgbx8;
+    if constexpr (Wider)
+        fits = fits && s.sh_degree <= P::Record::sh_degree;
+    else if constexpr (!std::is_same_v<typename P::Record, splat::Reference>)
+        fits = s.sh_degree == P::Record::sh_degree && s.depth == Pixel::has_depth && s.alpha == Pixel::has_alpha &&
+               (s.colour == ColourFormat::rgbx8) == rgbx8;
+    if (!fits)
+        throw Error("a setup with records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
+                    "differ); give both the same");
+}
 
 /// Renders a map of any density on a grid of tiles: the program of homes and windows (splat/homes/program.hpp). The picture is complete and
 /// bit-identical to that of one depth-ordered list for the whole frame, for any capacities. More splats than a tile holds cost rounds, not
@@ -33,9 +50,8 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// `P`: policies of splat/homes (by reference or by value). `Engine`: Mesh, CheckedMesh or PoplarMesh; by value also MpiMesh. Records never
 /// move, so a new view sends every visible splat again; an unchanged view runs nothing.
 ///
-/// The way of a Gaussian: `HomesRecords` (the map, and a row's home) - `tell` (projected, by reference) - the program splat::homes::Frame on the
-/// mesh - `copy_blocks`. On an engine over several processes (render/ranks/host.hpp), records and pixels may have more than the choice asks for,
-/// which changes no result: the ledger is that of the choice.
+/// CONTRIBUTING.md names the files on the way of a Gaussian. On an engine over several processes (render/ranks/host.hpp), records and
+/// pixels may have more than the choice asks for, which changes no result: the ledger is that of the choice.
 template <class P, template <class, class> class Engine = Mesh, class Machine = AnyMachine>
 class HomesRenderer : public AnyRenderer {
 public:
@@ -49,7 +65,7 @@ public:
                                                              "of another process cannot read that table); choose policies by value");
 
     /// Throws Error if the choice's records or pixels are not those of the policies.
-    HomesRenderer(scene::Map map, HomesChoice const& choice, RendererOptions options = {}, EngineOptions engine = {});
+    HomesRenderer(scene::Map map, Setup const& setup, RendererOptions options = {}, EngineOptions engine = {});
     ~HomesRenderer() override;
 
     RenderedFrame render(splat::Camera const& camera) override;
@@ -61,9 +77,7 @@ public:
     scene::Map const& map() const override { return records_.table().map(); }
     Extent2 grid() override { return {grid_.width, grid_.height}; }
     Extent2 tile() override { return {fold_.x.layers * splat::block_width, fold_.y.layers * splat::block_height}; }
-    SetupFacts const& facts() const override { return facts_; }
-    bool routes() const override { return true; }
-    bool blooms() const override { return true; }
+    Setup const& setup() const override { return setup_; }
     MeshType& mesh() noexcept { return host_.mesh(); }
     /// The trace of the last frame, chapter after chapter; only on a Traced machine whose mesh keeps one. A frame whose view did not change has
     /// no superstep. On several processes, it is the trace of this process's tiles.
@@ -87,12 +101,12 @@ private:
         host_.drop_mesh();
         last_.reset();
         auto const rows = options_.rows_of_all_parts != 0 ? options_.rows_of_all_parts : records_.table().all_rows();
-        splat::homes::Sizes sizes;
         host_.build(options_, records_.table(), [&] {
-            auto mesh_sizes = lay_out(width, height, rows, sizes);
+            auto mesh_sizes = lay_out(width, height, rows);
             return MeshPlan<Program>{splat::homes::frame_program<P>(grid_), grid_, std::move(mesh_sizes)};
         });
         auto& mesh = host_.mesh();
+        auto const& sizes = setup_.sizes;
         limit_lists(sizes);
         host_.each_tile([&](TileId tile) {
             auto table = mesh.template state<splat::homes::Table>(tile);
@@ -107,43 +121,42 @@ private:
         records_.begin(host_, grid_, streams_);
     }
     bool has_blocks(TileId tile) const noexcept { return tile.x() < fold_.x.tiles && tile.y() < fold_.y.tiles; }
-    /// Lays out a frame of this size, and sets what follows from it. `sizes`: what it sets a tile's lists to.
-    MeshSizes<Program> lay_out(std::uint32_t width, std::uint32_t height, std::uint32_t rows, splat::homes::Sizes& sizes)
+    /// Lays out a frame of this size, and sets what follows from it.
+    MeshSizes<Program> lay_out(std::uint32_t width, std::uint32_t height, std::uint32_t rows)
     {
         auto layout = layout_homes(choice_, options_, {width, height}, rows);
         fold_ = layout.fold;
-        district_ = layout.district;
         size_ = {width, height};
-        sizes = layout.sizes;
+        setup_ = layout.setup;
+        auto const& sizes = setup_.sizes;
         check_workers(choice_.machine, splat::homes::Work::max_workers);
         if (sizes.homes == 0) throw Error("tiles without homes (every record lives in one); give a tile at least one");
         engine::require_least_slots(sizes, typename machine::Needs<Program>::States{});
         engine::require_least_slots(sizes, typename machine::Needs<Program>::Links{});
-        facts_ = facts_of(choice_, sizes, layout.ledger);
         std::uint64_t const homes = std::uint64_t{sizes.homes} * grid_.size();
         streams_ = rows > homes;
         residents_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(homes, rows));
         if constexpr (by_reference) table_.resize(residents_), keys_.resize(residents_);
 
-        auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, sizes, typename machine::Needs<Program>::States{},
+        auto mesh_sizes = engine::plain_sizes<Program>(choice_.machine, setup_, typename machine::Needs<Program>::States{},
                                                        typename machine::Needs<Program>::Links{});
-        mesh_sizes.sram_bytes = facts_.sram_bytes;
+        mesh_sizes.sram_bytes = sram_bytes_of(setup_);
         if constexpr (machine::has_form_word<Parameters>) mesh_sizes.wide = wide();
         return mesh_sizes;
     }
-    void limit_lists(splat::homes::Sizes const& sizes)
+    void limit_lists(splat::Sizes const& sizes)
     {
         auto& mesh = host_.mesh();
         // A map of many records may leave fewer slots than the choice has.
-        if (options_.channel_slots != 0) mesh.template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.parcels));
+        if (options_.channel_slots != 0) mesh.template limit<splat::homes::Parcels<P>>(std::min(options_.channel_slots, sizes.road));
         if (options_.waiting_slots != 0) {
             mesh.template limit<splat::homes::Waiting<P, 0>>(std::min(options_.waiting_slots, sizes.waiting));
             mesh.template limit<splat::homes::Waiting<P, 1>>(std::min(options_.waiting_slots, sizes.waiting));
         }
         if (auto const held = options_.held_slots != 0 ? options_.held_slots : options_.storage_slots; held != 0) {
-            mesh.template limit<splat::homes::Held<P>>(std::min(held, sizes.held));
-            mesh.template limit<splat::homes::Keys>(std::min(held, sizes.held));
-            mesh.template limit<splat::homes::Order>(std::min(held, sizes.held));
+            mesh.template limit<splat::homes::Held<P>>(std::min(held, sizes.storage));
+            mesh.template limit<splat::homes::Keys>(std::min(held, sizes.storage));
+            mesh.template limit<splat::homes::Order>(std::min(held, sizes.storage));
         }
     }
     /// Runs the program on the records that are on their homes.
@@ -182,7 +195,7 @@ private:
             engine::Stopwatch const loading;
             auto const size = std::min<std::uint64_t>(residents_, chapters.all - done);
             auto const keys = records_.load_chapter(host_, chapters, done, size);
-            report.homes.streamed_bytes += size * facts_.record_bytes;
+            report.homes.streamed_bytes += size * record_bytes(setup_);
             ++report.homes.chapters;
             report.host_ms.project += loading.milliseconds();
             report.unfinished.clear();
@@ -227,7 +240,7 @@ private:
         static_cast<splat::homes::Parameters&>(frame) = {view, tiling, fold_, chapter_depth};
         if constexpr (machine::has_form_word<Parameters>) frame.wide = wide() ? 1 : 0;
         if constexpr (by_reference) {
-            frame.district_shift = splat::homes::district_shift(district_);
+            frame.district_shift = splat::homes::district_shift(setup_.district);
             frame.splats = splat::HostPointer<splat::Splat const>(table_.data());
             frame.keys = splat::HostPointer<splat::homes::Key>(keys_.data());
             frame.windows = splat::HostPointer<splat::homes::WindowNotice const>(
@@ -251,7 +264,7 @@ private:
         return r;
     }
     RendererOptions options_;
-    HomesChoice choice_;
+    Setup choice_;
     Grid grid_;
     HostType host_;
     HomesRecords<P, HostType> records_;
@@ -259,9 +272,8 @@ private:
     std::vector<splat::homes::Key> keys_; ///< by reference: their keys
     std::uint32_t residents_ = 0;        ///< records that have homes at the same time
     bool streams_ = false;               ///< the map comes in chapters
-    SetupFacts facts_{};
+    Setup setup_{};            ///< with the sizes of the last frame
     splat::homes::Fold fold_{};
-    std::uint32_t district_ = 1;
     Extent2 size_{};
     std::optional<splat::View> last_;
     std::uint64_t visible_ = 0;
@@ -272,16 +284,16 @@ private:
 // As in FrameRenderer, the members that users call are defined outside the class.
 
 template <class P, template <class, class> class Engine, class Machine>
-HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map map, HomesChoice const& choice, RendererOptions options, EngineOptions engine)
-    : options_(options), choice_(choice), grid_(homes_grid(options)), host_(std::move(engine)), records_(std::move(map), choice.sh_degree)
+HomesRenderer<P, Engine, Machine>::HomesRenderer(scene::Map map, Setup const& setup, RendererOptions options, EngineOptions engine)
+    : options_(options), choice_(setup), grid_(homes_grid(options)), host_(std::move(engine)), records_(std::move(map), setup.sh_degree)
 {
     host_.identify(records_.table(), options, {records_.table().map().sh_degree, options.rounds, options.rows_of_all_parts, options.channel_slots,
                                                options.waiting_slots, options.held_slots, options.storage_slots, options.fold ? 1u : 0u});
-    check_choice<P, !HostType::has_one_memory>(choice);
-    check_limits(choice, options);
+    check_homes<P, !HostType::has_one_memory>(setup);
+    check_limits(setup, options);
     if constexpr (!by_reference) take_districts(choice_, 1u << Parameters::district_shift);
     choice_.rules = with_options(choice_.rules, options);
-    facts_ = facts_of(choice_, choice_.sizes, HomesLedger(choice_, choice_.sizes)); // until the first frame
+    setup_ = choice_; // until the first frame
 }
 template <class P, template <class, class> class Engine, class Machine>
 HomesRenderer<P, Engine, Machine>::~HomesRenderer() = default;
@@ -314,7 +326,7 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
         host_.step([&] { report = unchanged(); });
     }
     engine::Stopwatch const collecting;
-    host_.template picture_of<splat::homes::Framebuffer<typename P::Pixel>>(result, [&] { copy_blocks<P>(host_, fold_, facts_, camera, result); });
+    host_.template picture_of<splat::homes::Framebuffer<typename P::Pixel>>(result, [&] { copy_blocks<P>(host_, fold_, setup_, camera, result); });
     result.report = std::move(report);
     result.report.width = camera.width;
     result.report.height = camera.height;
@@ -325,18 +337,25 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
     result.report.host_ms.total = all.milliseconds();
 }
 
-/// The renderer of homes that the compiled library has: by reference, for any choice and any engine of one process.
+/// The pixels of a renderer by value that serves setups with planes.
+using HomesPlanes = splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>;
+/// The renderer of homes that the compiled library has: by reference, for any setup and any engine of one process.
 using HostHomesRenderer = HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 
-#if !defined(TILEMESH_COMPILED)
-template <class Pixel>
-std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, HomesChoice const& choice, RendererOptions const& options)
-{
-    return std::make_unique<HomesRenderer<splat::homes::HostPolicies<Pixel>>>(std::move(map), choice, options);
-}
-#else
+#if defined(TILEMESH_COMPILED)
 extern template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<AnyMachine>>;
 #endif
+
+/// Makes a renderer of homes on host threads, by reference. It is a template, so that only its callers compile the renderer.
+template <class P = splat::homes::AnyHostPolicies>
+std::unique_ptr<AnyRenderer> make_homes_renderer(scene::Map map, Setup const& setup, RendererOptions const& options)
+{
+#if defined(TILEMESH_COMPILED)
+    return std::make_unique<HostHomesRenderer>(std::move(map), setup, options);
+#else
+    return std::make_unique<HomesRenderer<P>>(std::move(map), setup, options);
+#endif
+}
 
 }}} // namespace tilemesh::render
 

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/either.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
+#include <tilemesh/render/tile_sums.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 #include <type_traits>
@@ -16,47 +16,20 @@
 /// What a frame of homes gives: its report from counters, and its picture from the tiles' blocks.
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
-/// The sums of the tiles' counters in a run of the program of homes.
-struct HomesSums {
-    std::uint64_t visible = 0, hops = 0, asked = 0, arrived = 0, sent = 0, refused = 0, channel_full = 0, no_credit = 0, evaluated = 0,
-                  contributing = 0;
-
-    void add(splat::homes::Counts const& c, splat::homes::Work const& w) noexcept
-    {
-        visible += c.visible;
-        hops += c.hops;
-        asked += c.asked;
-        arrived += c.arrived;
-        sent += c.sent;
-        refused += c.refused;
-        channel_full += c.channel_full;
-        no_credit += c.no_credit;
-        for (std::uint32_t i = 0; i < splat::homes::Work::max_workers; ++i) {
-            evaluated += w.evaluated[i];
-            contributing += w.contributing[i];
-        }
-    }
-};
+using HomesSums = TileSums<splat::homes::Counts, splat::homes::Work>;
 
 /// Adds a run of the program `homes::Frame<P>` to the report of its frame, without the list of unfinished tiles. Throws Error if the
 /// protocol is broken.
 template <class P>
 void account(RunCounters const& run, HomesSums const& sums, report::FrameReport& r)
 {
-    if (sums.asked != sums.arrived)
-        throw Error("a frame in which homes sent " + std::to_string(sums.asked) + " splats and tiles received " + std::to_string(sums.arrived) +
+    auto const asked = sums[&splat::homes::Counts::asked], arrived = sums[&splat::homes::Counts::arrived];
+    if (asked != arrived)
+        throw Error("a frame in which homes sent " + std::to_string(asked) + " splats and tiles received " + std::to_string(arrived) +
                     " (the protocol of homes is broken); report this");
-    r.gaussians.visible += sums.visible;
-    r.hops += sums.hops;
-    r.homes.parcels += sums.sent;
-    r.homes.refused += sums.refused;
-    r.homes.entries += sums.arrived;
+    sums.add_to(r);
+    add_traffic(run, r);
     r.homes.rounds += run.loops[0].rounds;
-    r.refused.channel_full += sums.channel_full;
-    r.refused.no_credit += sums.no_credit;
-    r.pairs += sums.evaluated * splat::homes::pairs_a_count;
-    r.pairs_contributing += sums.contributing;
-    r.digests.insert(r.digests.end(), run.digests.begin(), run.digests.end());
     using namespace splat;
     using Program = homes::Frame<P>;
     constexpr auto tell = step_of<Program, homes::Tell<P>>(), sort = step_of<Program, homes::SortRuns<P>>();
@@ -67,11 +40,6 @@ void account(RunCounters const& run, HomesSums const& sums, report::FrameReport&
         r.exchanges.*stage += run.steps[i].exchanges;
         (i < tell ? r.host_ms.project : i < sort ? r.host_ms.route : r.host_ms.composite) += run.steps[i].milliseconds;
     }
-    r.messages += run.messages();
-    for (auto const& s : run.steps) {
-        r.exchanged_live_bytes += s.live_bytes;
-        r.exchanged_capacity_bytes += s.capacity_bytes;
-    }
     for (auto const& p : run.peaks) {
         if (p.region == homes::Held<P>::name) r.peak_storage = std::max(r.peak_storage, p.items);
         if (p.region == homes::Parcels<P>::name) r.peak_channel = std::max(r.peak_channel, p.items);
@@ -80,17 +48,17 @@ void account(RunCounters const& run, HomesSums const& sums, report::FrameReport&
 
 /// Copies the tiles' blocks into one picture, with the planes that the choice has.
 template <class P, class Host>
-void copy_blocks(Host& host, splat::homes::Fold const& fold, SetupFacts const& facts, splat::Camera const& camera, RenderedFrame& to)
+void copy_blocks(Host& host, splat::homes::Fold const& fold, Setup const& setup, splat::Camera const& camera, RenderedFrame& to)
 {
-    size_planes(camera, facts.has_depth, facts.has_alpha, to);
-    bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
+    size_planes(camera, setup.depth, setup.alpha, to);
+    bool const round = setup.colour == ColourFormat::rgbx8 && splat::colour_format<typename P::Pixel> == ColourFormat::float32;
     auto const& mesh = std::as_const(host.mesh());
     auto const grid = mesh.grid();
     host.on_threads(grid.size(), [&](std::uint32_t first, std::uint32_t last) {
         for (auto t = first; t < last; ++t) {
             auto const tile = grid.tile(t);
             auto const framebuffer = mesh.template state<splat::homes::Framebuffer<typename P::Pixel>>(tile);
-            machine::in_form(facts.has_planes(), framebuffer.begin(), [&](auto const* pixel) {
+            machine::in_form(setup.has_planes(), framebuffer.begin(), [&](auto const* pixel) {
                 for (std::uint32_t b = 0; b < framebuffer.size() / (splat::block_width * splat::block_height); ++b) {
                     auto const place = splat::homes::block_at(fold, tile, b);
                     for (std::uint32_t j = 0; j < splat::block_height; ++j, pixel += splat::block_width) {

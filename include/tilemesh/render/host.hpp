@@ -15,7 +15,7 @@
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <type_traits>
 #include <utility>
@@ -297,10 +297,10 @@ public:
     }
     /// Copies the tiles' framebuffers into one picture, with the planes that the setup has, on all threads.
     template <class P>
-    void picture(SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+    void picture(Setup const& setup, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
     {
-        size_planes(camera, facts.has_depth, facts.has_alpha, to);
-        copy_picture<P>(*mesh_, facts, tiling, camera, 0, tiling.rows, to);
+        size_planes(camera, setup.depth, setup.alpha, to);
+        copy_picture<P>(*mesh_, setup, tiling, camera, 0, tiling.rows, to);
     }
     /// Lets `copy()` make a picture of the states X of all tiles.
     template <class X, class F>

@@ -10,22 +10,20 @@
 /// The host's form of the frame program: tiles and channels hold references to the rows of a table instead of records.
 ///
 /// The machine moves values: records of 60 bytes or more, and each tile projects its own records. A host that simulates the machine has one
-/// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The same kernels run
-/// on both forms (splat/access.hpp; by reference, splat/references.hpp). Both forms have the same capacities in slots, bytes on the wire,
-/// counters and pictures, bit for bit.
+/// memory. It keeps one instance of each record, projects the record once per view, and moves the number of its row. The kernels of both
+/// forms are one text, which asks `splat::Access` (by reference: splat/references.hpp); where `Access::on_host` holds, those of homes take a
+/// shortcut that leaves the same words. Both forms have the same capacities in slots, bytes on the wire, counters and pictures, bit for bit.
 ///
 /// A reference has the same size for every kind of record, and the rule for full channels is a word in the frame's parameters. So many
 /// setups share one set of policies and its code: setups that differ in machine, sizes, degree of harmonics, saturation, addressing, copies
 /// or colour format. `HostSetup` has planes, routing and bloom as words too, so its policies serve all of these setups.
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-/// The policies of setup S as words.
-template <class S>
-constexpr PolicyWords policies_of() noexcept
+/// The policies of a setup as words.
+constexpr PolicyWords policy_words(Setup const& s) noexcept
 {
-    constexpr auto words = frame_words<S>();
-    return {S::Saturation::holds ? 1u : 0u, S::Addressing::carried ? 1u : 0u, S::Copies::reusable ? 1u : 0u, words.road_message,
-            words.beam_message, may_rank<typename S::Saturation> ? 1u : 0u};
+    auto const word = [](bool set) { return set ? 1u : 0u; };
+    return {word(s.holds), word(s.carried), word(s.reusable), road_bytes(s), beam_bytes(s), word(s.ranks && (s.routes || s.blooms))};
 }
 
 /// Do the frame's parameters have the setup's rules, as TableParameters and PolicyParameters do?
@@ -64,49 +62,14 @@ struct RunTimeCopies {
     TILEMESH_KERNEL static SplatRow splat(Reference const& m, TableParameters const&) noexcept { return {m.row}; }
 };
 
-}}} // namespace tilemesh::splat
-namespace tilemesh { inline namespace v0_2 { namespace splat {
-struct HostPixels;
-}}} // namespace tilemesh::splat
-namespace tilemesh { inline namespace v0_2 { namespace render::detail {
-using splat::FloatPixel, splat::WithAlpha, splat::WithDepth;
-/// The pixel type that the host stores. Colours are floats; the picture shows them in the setup's format. If a setup has one plane, the
-/// host stores both.
-template <class Pixel, bool Known, bool Planes>
-struct HostPixelOf {
-    using type = Pixel;
-};
-template <class Pixel>
-struct HostPixelOf<Pixel, true, false> {
-    using type = FloatPixel;
-};
-template <class Pixel>
-struct HostPixelOf<Pixel, true, true> {
-    using type = WithAlpha<WithDepth<FloatPixel>>;
-};
-template <class Pixel>
-struct ColourOf {
-    using type = Pixel;
-};
-template <>
-struct ColourOf<splat::HostPixels> {
-    using type = FloatPixel;
-};
-template <class Colour>
-struct ColourOf<WithDepth<Colour>> : ColourOf<Colour> {};
-template <class Colour>
-struct ColourOf<WithAlpha<Colour>> : ColourOf<Colour> {};
-}}} // namespace tilemesh::render::detail
-namespace tilemesh { inline namespace v0_2 { namespace splat {
-
-/// The colour of a pixel, without its planes.
-template <class Pixel>
-using ColourOf = typename render::detail::ColourOf<Pixel>::type;
 /// Is the colour in one of the library's formats? For these, the host makes the picture from floats.
 template <class Pixel>
-inline constexpr bool is_known_colour = std::is_same_v<ColourOf<Pixel>, FloatPixel> || std::is_same_v<ColourOf<Pixel>, Rgbx8Pixel>;
+inline constexpr bool is_known_colour = colour_format<Pixel> != ColourFormat::own;
+/// The pixel type that the host stores. Colours are floats; the picture shows them in the setup's format. If a setup has one plane, the
+/// host stores both.
 template <class Pixel>
-using HostPixel = typename render::detail::HostPixelOf<Pixel, is_known_colour<Pixel>, Pixel::has_depth || Pixel::has_alpha>::type;
+using HostPixel = std::conditional_t<!is_known_colour<Pixel>, Pixel,
+                                     std::conditional_t<Pixel::has_depth || Pixel::has_alpha, WithAlpha<WithDepth<FloatPixel>>, FloatPixel>>;
 
 /// The policies of setup S by reference. The ledger is still that of S; it is in `Tile<Machine, Frame<S>, S>`.
 template <class S>
@@ -126,6 +89,8 @@ struct HostPixels : machine::Either<WithAlpha<WithDepth<FloatPixel>>, FloatPixel
     static constexpr char const* name = FloatPixel::name;
     static constexpr bool has_depth = true, has_alpha = true;
 };
+template <>
+inline constexpr ColourFormat colour_format<HostPixels> = ColourFormat::float32;
 
 /// The policies of setups by reference as words: a program of these policies serves every setup `Referenced<S>` whose S has the library's
 /// routing, blending and colours. Pictures, counters, traces and digests are those of `PoliciesOf<Referenced<S>>`. A step that a setup

@@ -4,7 +4,7 @@
 #include <tilemesh/render/detail/sorted_table.hpp>
 #include <tilemesh/render/project_records.hpp>
 #include <tilemesh/render/record_table.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <utility>
 #include <vector>

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/render/frame_layout.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/image.hpp>
 #include <type_traits>
@@ -95,11 +95,11 @@ inline void size_planes(splat::Camera const& camera, bool depth, bool alpha, Ren
 
 /// Copies the tiles of rows `first` to `last`-1 into a picture that begins with the pixels of row `first`.
 template <class P, class M>
-void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, std::uint32_t first,
+void copy_picture(M& mesh, Setup const& setup, splat::Tiling const& tiling, splat::Camera const& camera, std::uint32_t first,
                   std::uint32_t last, RenderedFrame& to)
 {
     // The host may blend floats for a machine that stores levels; the result is then rounded to levels.
-    bool const round = facts.colour == ColourFormat::rgbx8 && std::is_same_v<splat::ColourOf<typename P::Pixel>, splat::FloatPixel>;
+    bool const round = setup.colour == ColourFormat::rgbx8 && splat::colour_format<typename P::Pixel> == ColourFormat::float32;
     mesh.on_threads([&](std::uint32_t thread, std::uint32_t threads) {
         auto const top = first * tiling.tile_height; // of the picture
         auto const begin = std::uint64_t{first} * tiling.columns, tiles = std::uint64_t{last - first} * tiling.columns;
@@ -108,7 +108,7 @@ void copy_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling,
             auto const rect = splat::pixels_of(tiling, camera, tile);
             auto const framebuffer = std::as_const(mesh).template state<splat::Framebuffer<P>>(tile);
             auto const width = rect.x1 - rect.x0;
-            machine::in_form(facts.has_planes(), framebuffer.begin(), [&]<class Pixel>(Pixel const* row) {
+            machine::in_form(setup.has_planes(), framebuffer.begin(), [&]<class Pixel>(Pixel const* row) {
                 for (auto y = rect.y0 - top; y < rect.y1 - top; ++y, row += width) {
                     if constexpr (std::is_same_v<Pixel, splat::FloatPixel>)
                         __builtin_memcpy(to.image.pixel(rect.x0, y), row, width * sizeof(splat::FloatPixel));

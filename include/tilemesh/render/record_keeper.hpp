@@ -52,16 +52,18 @@ public:
     /// and those under way. `host_keeps`: the host keeps the missing rows and counts them as visible until they are placed; otherwise they are
     /// lost. Call it with the frame's view, after `load` or `place` and before the `set_` functions. Cost: one projection per row under way.
     template <class Host>
-    TileSums sums(Host& host, splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
+    AnchoredSums sums(Host& host, splat::View const& view, splat::Tiling const& tiling, bool host_keeps) const
     {
-        return host.template total<TileSums>([&](TileSums& all) {
+        return host.template total<AnchoredSums>([&](AnchoredSums& all) {
             auto const& mesh = std::as_const(host.mesh());
             for_each_tile(host, [&](TileId tile) { all.add(mesh.template state<splat::Counts>(tile), mesh.template state<splat::Work>(tile)); });
-            all.parked += parked_;
+            auto &visible = all[&splat::Counts::visible], &parked = all[&splat::Counts::parked];
+            parked += parked_;
             if (host_keeps)
-                all.visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(), [&](auto row) { return records_.has_row(row); }));
+                visible += static_cast<std::uint64_t>(std::count_if(missing_.begin(), missing_.end(),
+                                                                    [&](auto row) { return records_.has_row(row); }));
             for (auto const row : under_way_)
-                if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? all.visible : all.parked);
+                if (records_.has_row(row)) ++(splat_of(row - records_.first_row(), view, tiling).visible() ? visible : parked);
         });
     }
     /// Does any footprint leave its anchor tile? Without bloom, the other tiles then lack it.

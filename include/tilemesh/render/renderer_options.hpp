@@ -7,7 +7,7 @@
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/view.hpp>
 
 namespace tilemesh { inline namespace v0_2 {

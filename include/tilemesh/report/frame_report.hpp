@@ -5,7 +5,10 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
+#include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/gaussian.hpp>
+#include <tilemesh/splat/homes/counts.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -45,8 +48,7 @@ struct FullTiles {
 
 /// The program that rendered a frame, or that shall: `automatic` renders with `anchored` until a frame would lose something, then with
 /// `homes`.
-enum class Program : std::uint32_t { automatic, anchored, homes };
-TILEMESH_HOST char const* to_string(Program program) noexcept;
+using splat::Program, splat::to_string;
 
 /// A tile whose part of the picture is cut short by a bound on rounds (program of homes). Its pixels are exact for all splats that are
 /// nearer than `depth`, and lack the splats behind.
@@ -72,6 +74,8 @@ struct FrameReport {
     } gaussians;
     struct {
         std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
+        std::uint64_t by_channels() const noexcept { return channel_full + no_credit; }
+        std::uint64_t by_storage() const noexcept { return storage_full + copies_full; }
     } refused;
     std::vector<Loss> lost;
     std::optional<FullTiles> full_tiles; ///< set if a record or copy found no slot, and some tile needs more slots than it has
@@ -95,7 +99,23 @@ struct FrameReport {
     TILEMESH_HOST std::uint64_t losses(Cause cause) const noexcept;
 };
 
-/// One number of a FrameReport. Text, report.json, CSV, HTML pages and the comparisons of tests read the table of these.
+/// The number of a frame whose program ran twice, because the host recalled copies of missing records: that of the first run, that of the
+/// last one, or their sum.
+enum class Rerun : std::uint32_t { first, last, sum };
+
+/// The member of a tile's state in which the kernels of a program count a number of the report, which has the sum over all tiles and all
+/// chapters of a map.
+template <class Counts, class Work>
+struct CountedIn {
+    std::uint32_t Counts::*word = nullptr;                          ///< a word of a tile,
+    std::uint32_t (Work::*of_workers)[Work::max_workers] = nullptr; ///< or a word of each worker; both null: no kernel counts it
+    std::uint32_t unit = 1;                                         ///< the number in the report that a count stands for
+};
+using AnchoredCount = CountedIn<splat::Counts, splat::Work>;
+using HomesCount = CountedIn<splat::homes::Counts, splat::homes::Work>;
+
+/// One number of a FrameReport. The sums over tiles, text, report.json, its schema, CSV, HTML pages, the C interface and the comparisons of
+/// tests read the table of these.
 struct ReportField {
     std::string_view name;    ///< its path in report.json: "gaussians.visible"
     std::string_view unit;    ///< unit of the number: "records", "bytes", "ms"
@@ -106,14 +126,19 @@ struct ReportField {
     double (*milliseconds)(FrameReport const&) = nullptr; ///< reads a time measured on the host; null for an exact number
     void (*set_count)(FrameReport&, std::uint64_t) = nullptr; ///< sets an exact number, cut to its member's bits; null for `lost` and `losses`
     void (*set_milliseconds)(FrameReport&, double) = nullptr; ///< sets a time; null for an exact number
+    AnchoredCount anchored;       ///< the member of a tile's state that the kernels of the anchored program count in
+    HomesCount homes;             ///< the member that those of the program of homes count in
+    Rerun rerun = Rerun::first;
 
     /// `Member`: a lambda that returns a reference to the member of a report, const or not. Getter and setter both call it. If it returns
-    /// a value, there is no setter.
-    template <class Member>
+    /// a value, there is no setter. `more`, in any order: pointers to members of `splat::Counts` and `splat::homes::Counts`, an
+    /// AnchoredCount, a HomesCount and a Rerun.
+    template <class Member, class... More>
     constexpr ReportField(std::string_view path, std::string_view counted, std::string_view text_line, std::string_view words,
-                          std::string_view sentence, Member)
+                          std::string_view sentence, Member, More... more)
         : name(path), unit(counted), line(text_line), phrase(words), meaning(sentence)
     {
+        (take(more), ...);
         using Result = std::invoke_result_t<Member, FrameReport&>;
         using T = std::remove_reference_t<Result>;
         if constexpr (!std::is_reference_v<Result>) {
@@ -140,10 +165,22 @@ struct ReportField {
     constexpr std::string_view leaf() const noexcept { return name.substr(name.find('.') + 1); }
     /// Is `path` this field's name or its group?
     constexpr bool is_in(std::string_view path) const noexcept { return name == path || group() == path; }
+    /// The member of a tile's state with these counters.
+    constexpr AnchoredCount const& counted_in(splat::Counts const&) const noexcept { return anchored; }
+    constexpr HomesCount const& counted_in(splat::homes::Counts const&) const noexcept { return homes; }
+    /// Adds to an exact number.
+    void add(FrameReport& r, std::uint64_t n) const { set_count(r, count(r) + n); }
+
+private:
+    constexpr void take(std::uint32_t splat::Counts::*word) noexcept { anchored.word = word; }
+    constexpr void take(std::uint32_t splat::homes::Counts::*word) noexcept { homes.word = word; }
+    constexpr void take(AnchoredCount of) noexcept { anchored = of; }
+    constexpr void take(HomesCount of) noexcept { homes = of; }
+    constexpr void take(Rerun which) noexcept { rerun = which; }
 };
 
-/// Every number of a FrameReport, in the order of report.json. A new member of FrameReport needs a line here;
-/// tests/report/frame_report.cpp fails without it.
+/// Every number of a FrameReport, in the order of report.json. A new counter is a word of a tile's `Counts`, a member of FrameReport and a
+/// row here; tests/report/frame_report.cpp fails for a member without a row.
 inline constexpr ReportField report_fields[] = {
     {"size_px.width", "pixels", "", "", "The width of the picture.",
      [](auto& r) -> auto& { return r.width; }},
@@ -151,13 +188,13 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.height; }},
 
     {"passes.project", "passes", "", "", "Passes of projection: how often its kernel ran on the tiles that had to run.",
-     [](auto& r) -> auto& { return r.passes.project; }},
+     [](auto& r) -> auto& { return r.passes.project; }, Rerun::sum},
     {"passes.route", "passes", "", "", "Passes of routing: how often its kernel ran on the tiles that had to run.",
-     [](auto& r) -> auto& { return r.passes.route; }},
+     [](auto& r) -> auto& { return r.passes.route; }, Rerun::sum},
     {"passes.bloom", "passes", "", "", "Passes of bloom: how often its kernel ran on the tiles that had to run.",
-     [](auto& r) -> auto& { return r.passes.bloom; }},
+     [](auto& r) -> auto& { return r.passes.bloom; }, Rerun::sum},
     {"passes.composite", "passes", "", "", "Passes of depth sort and compositing: how often its kernels ran on the tiles that had to run.",
-     [](auto& r) -> auto& { return r.passes.composite; }},
+     [](auto& r) -> auto& { return r.passes.composite; }, Rerun::sum},
 
     {"exchanges.project", "exchanges", "", "", "Exchanges of projection that carried something.",
      [](auto& r) -> auto& { return r.exchanges.project; }},
@@ -171,9 +208,9 @@ inline constexpr ReportField report_fields[] = {
     {"gaussians.visible", "records", "Gaussians", "visible",
      "Records with something on screen when the frame begins, on a tile or under way, and records that stay with the host because they "
      "found no slot. Unplaced records are visible. Visible, parked and earlier dropped records add up to all records of the map.",
-     [](auto& r) -> auto& { return r.gaussians.visible; }},
+     [](auto& r) -> auto& { return r.gaussians.visible; }, &splat::Counts::visible, &splat::homes::Counts::visible},
     {"gaussians.moved", "records", "Gaussians", "moved", "Records whose anchor tile changed in this frame.",
-     [](auto& r) -> auto& { return r.gaussians.moved; }},
+     [](auto& r) -> auto& { return r.gaussians.moved; }, &splat::Counts::moved},
     {"gaussians.held", "refusals", "Gaussians", "held",
      "Refusals of a record by a full channel or for lack of credit (`hold`); a record that waits three times counts three.",
      [](auto& r) -> auto& { return r.gaussians.held; }},
@@ -184,7 +221,7 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.gaussians.unplaced; }},
     {"gaussians.parked", "records", "Gaussians", "parked",
      "Records with nothing on screen when the frame begins; each stays on its tile. Without routing, it stays with the host.",
-     [](auto& r) -> auto& { return r.gaussians.parked; }},
+     [](auto& r) -> auto& { return r.gaussians.parked; }, &splat::Counts::parked},
     {"gaussians.under_way", "records", "Gaussians", "under way",
      "Records in a channel or a FIFO when the frame ends, because its hops are bounded.",
      [](auto& r) -> auto& { return r.gaussians.under_way; }},
@@ -192,7 +229,8 @@ inline constexpr ReportField report_fields[] = {
     {"lost", "records and copies", "missing", "records and copies",
      "Records and copies that the picture lacks. At the end of a frame, report.json lists each with its id, its cause and its tile.",
      [](auto& r) -> auto& { return r.lost; }},
-    {"losses.unplaced", "records and copies", "", "", "Entries of `lost` whose record found its anchor tile full; the host keeps the record (`hold`).",
+    {"losses.unplaced", "records and copies", "", "",
+     "Entries of `lost` whose record found its anchor tile full; the host keeps the record (`hold`).",
      [](auto& r) { return r.losses(Cause::unplaced); }},
     {"losses.storage_full", "records and copies", "", "", "Entries of `lost` that found no slot of storage.",
      [](auto& r) { return r.losses(Cause::storage_full); }},
@@ -204,18 +242,18 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) { return r.losses(Cause::no_bloom); }},
 
     {"copies", "copies", "copies", "on tiles", "Copies that lie on the tiles when the frame ends.",
-     [](auto& r) -> auto& { return r.copies; }},
+     [](auto& r) -> auto& { return r.copies; }, &splat::Counts::copies, Rerun::last},
     {"copies_lost", "copies", "copies", "lost",
      "Copies that their tile lacks because storage or a channel was full, or because the setup does not bloom: all listed copies that "
      "are not late. A record that no tile owns but that left copies counts once for each tile that lacks a copy.",
-     [](auto& r) -> auto& { return r.lost_copies; }},
+     [](auto& r) -> auto& { return r.lost_copies; }, Rerun::last},
     {"copies_late", "copies", "copies", "late",
      "Copies that their tile lacks because the copy or its record is still under way: all listed copies that are late.",
-     [](auto& r) -> auto& { return r.late_copies; }},
+     [](auto& r) -> auto& { return r.late_copies; }, Rerun::last},
 
     {"hops", "messages", "exchanged", "hops of routing",
      "Messages of routing: one for each tile that a record passes on its way.",
-     [](auto& r) -> auto& { return r.hops; }},
+     [](auto& r) -> auto& { return r.hops; }, &splat::Counts::hops, &splat::homes::Counts::hops},
     {"messages", "messages", "exchanged", "messages", "Messages of routing and bloom together.",
      [](auto& r) -> auto& { return r.messages; }},
     {"exchanged_bytes.live", "bytes", "exchanged", "bytes live", "Bytes of these messages, without the 8-byte heads of channel ends.",
@@ -225,26 +263,29 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.exchanged_capacity_bytes; }},
 
     {"pairs", "pairs", "pairs", "evaluated", "Gaussian-pixel pairs that compositing evaluated.",
-     [](auto& r) -> auto& { return r.pairs; }},
+     [](auto& r) -> auto& { return r.pairs; },
+     AnchoredCount{nullptr, &splat::Work::evaluated, splat::pairs_a_count},
+     HomesCount{nullptr, &splat::homes::Work::evaluated, splat::homes::pairs_a_count}, Rerun::last},
     {"pairs_contributing", "pairs", "pairs", "contributing",
      "Pairs with alpha of at least alpha_min in a pixel that was not finished.",
-     [](auto& r) -> auto& { return r.pairs_contributing; }},
+     [](auto& r) -> auto& { return r.pairs_contributing; },
+     AnchoredCount{nullptr, &splat::Work::contributing}, HomesCount{nullptr, &splat::homes::Work::contributing}, Rerun::last},
 
     {"refused.channel_full", "refusals", "refused", "by full channels",
      "Refusals of a record by a channel without a free slot.",
-     [](auto& r) -> auto& { return r.refused.channel_full; }},
+     [](auto& r) -> auto& { return r.refused.channel_full; }, &splat::Counts::channel_full, &splat::homes::Counts::channel_full},
     {"refused.no_credit", "refusals", "refused", "for lack of credit",
      "Refusals of a record because the receiving tile had announced no room.",
-     [](auto& r) -> auto& { return r.refused.no_credit; }},
+     [](auto& r) -> auto& { return r.refused.no_credit; }, &splat::Counts::no_credit, &splat::homes::Counts::no_credit},
     {"refused.storage_full", "records", "refused", "by full storage",
      "Records that found no free storage slot on their anchor tile.",
-     [](auto& r) -> auto& { return r.refused.storage_full; }},
+     [](auto& r) -> auto& { return r.refused.storage_full; }, &splat::Counts::storage_full},
     {"refused.copies_full", "copies", "refused", "copies by full storage",
      "Copies that found no free storage slot on a tile.",
-     [](auto& r) -> auto& { return r.refused.copies_full; }},
+     [](auto& r) -> auto& { return r.refused.copies_full; }, &splat::Counts::copies_full},
     {"refused.copies_refused", "copies", "refused", "copies by full channels",
      "Copies that were given up, because the channel had no free slot (`drop`).",
-     [](auto& r) -> auto& { return r.refused.copies_refused; }},
+     [](auto& r) -> auto& { return r.refused.copies_refused; }, &splat::Counts::copies_refused},
 
     {"peak.storage", "records", "peaks", "records on a tile",
      "The most records, copies among them, that one tile stored.",
@@ -257,13 +298,13 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.homes.rounds; }},
     {"homes.parcels", "parcels", "homes", "parcels sent",
      "Parcels that homes sent in all rounds. A parcel is one splat for at most 4 x 8 tiles.",
-     [](auto& r) -> auto& { return r.homes.parcels; }},
+     [](auto& r) -> auto& { return r.homes.parcels; }, &splat::homes::Counts::sent},
     {"homes.entries", "splats", "homes", "entries",
      "Splats that tiles received from homes in all rounds: one for each tile and round.",
-     [](auto& r) -> auto& { return r.homes.entries; }},
+     [](auto& r) -> auto& { return r.homes.entries; }, &splat::homes::Counts::arrived},
     {"homes.refused", "splats", "homes", "refused",
      "Entries that found no room on their tile; homes send them again in a later round.",
-     [](auto& r) -> auto& { return r.homes.refused; }},
+     [](auto& r) -> auto& { return r.homes.refused; }, &splat::homes::Counts::refused},
     {"homes.unfinished_tiles", "tiles", "homes", "tiles unfinished",
      "Tiles whose part of the picture a bound on rounds cut short. Each shows the nearest splats exactly.",
      [](auto& r) -> auto& { return r.homes.unfinished_tiles; }},
@@ -280,7 +321,7 @@ inline constexpr ReportField report_fields[] = {
     {"host_ms.bloom", "ms", "", "", "Host time of bloom.",
      [](auto& r) -> auto& { return r.host_ms.bloom; }},
     {"host_ms.composite", "ms", "", "", "Host time of depth sort and compositing.",
-     [](auto& r) -> auto& { return r.host_ms.composite; }},
+     [](auto& r) -> auto& { return r.host_ms.composite; }, Rerun::sum},
     {"host_ms.picture", "ms", "", "",
      "Host time of joining the tiles' framebuffers to one picture, which is no work of the machine.",
      [](auto& r) -> auto& { return r.host_ms.picture; }},
@@ -296,6 +337,9 @@ consteval ReportField const& report_field(std::string_view name)
         if (field.name == name) return field;
     throw "report_fields has no field of this name";
 }
+
+/// The sum of a group of counters, or of one.
+TILEMESH_HOST std::uint64_t total(FrameReport const& r, std::string_view path) noexcept;
 
 /// The lines of the text, in order. Every `line` of report_fields is one of them, or empty.
 inline constexpr std::string_view text_lines[] = {"Gaussians", "missing", "copies", "exchanged", "refused", "pairs", "peaks", "homes"};

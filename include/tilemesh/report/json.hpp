@@ -11,9 +11,9 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/machine/tile.hpp>
-#include <tilemesh/report/detail/json_text.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <utility>
@@ -27,13 +27,18 @@ inline constexpr std::uint32_t report_schema = 2;
 
 namespace detail {
 
+/// The digits of nlohmann-json, so that the report has the bytes of a document that is read and printed again.
+inline std::string digits(double value)
+{
+    return nlohmann::ordered_json(value).dump();
+}
+
 inline void write(JsonText& json, ErrorMeasures const& e)
 {
     json.object([&] {
         for (auto const& [name, value] : {std::pair("rmse", e.rmse), std::pair("max_levels", e.max_levels), std::pair("p999_levels", e.p999_levels),
                                           std::pair("psnr_db", e.psnr_db), std::pair("ssim", e.ssim)}) {
-            json.key(name);
-            json.finite(value);
+            json.member(name, value);
         }
     });
 }
@@ -53,8 +58,7 @@ inline void write(JsonText& json, Comparison const& other)
         auto const& m = other.measures;
         for (auto const& [name, value] :
              {std::pair("psnr_db", m.psnr_db), std::pair("ssim", m.ssim), std::pair("l1", m.l1), std::pair("largest", m.largest)}) {
-            json.key(name);
-            json.finite(compared ? value : std::numeric_limits<double>::quiet_NaN());
+            json.member(name, compared ? value : std::numeric_limits<double>::quiet_NaN());
         }
         if (compared) json.list("largest_at", m.largest_at);
         else json.member("largest_at", nullptr);
@@ -85,14 +89,13 @@ inline void write(JsonText& json, ReportField const& field, std::string_view nam
 
 inline std::string text_of(RunFrame const& frame)
 {
-    JsonText json;
+    JsonText json(1, digits);
     auto const& r = frame.report;
     json.object([&] {
         json.member("camera", r.camera);
         json.member("program", to_string(r.program));
         if (frame.timestamp_s) {
-            json.key("timestamp_s");
-            json.finite(*frame.timestamp_s);
+            json.member("timestamp_s", *frame.timestamp_s);
         }
         json.list("size_px", std::array{r.width, r.height});
         json.list("grid", frame.grid);
@@ -129,8 +132,7 @@ inline std::string text_of(RunFrame const& frame)
             json.object([&] {
                 json.member("cost_model", frame.modelled->cost_model);
                 json.member("cycles", frame.modelled->cycles);
-                json.key("ms");
-                json.finite(frame.modelled->ms);
+                json.member("ms", frame.modelled->ms);
             });
         }
         if (frame.error) {
@@ -156,8 +158,7 @@ inline std::string text_of(RunFrame const& frame)
                     json.item();
                     json.object([&] {
                         json.member("tile", cut.tile);
-                        json.key("depth");
-                        json.finite(double{cut.depth});
+                        json.member("depth", double{cut.depth});
                     });
                 }
             });
@@ -216,7 +217,7 @@ inline void write_machine(JsonText& json, RunReport const& run)
 /// report.json without its frames.
 inline std::string text_of_head(RunReport const& run)
 {
-    JsonText json;
+    JsonText json(1, digits);
     json.object([&] {
         json.member("schema", report_schema);
         json.member("version", std::to_string(TILEMESH_VERSION / 10000) + "." + std::to_string(TILEMESH_VERSION / 100 % 100) + "." +
@@ -258,15 +259,14 @@ inline std::string text_of_head(RunReport const& run)
             for (auto const& [name, value] : {std::pair("alpha_min", run.cut_offs.alpha_min),
                                               std::pair("transmittance_min", run.cut_offs.transmittance_min),
                                               std::pair("alpha_max", run.cut_offs.alpha_max)}) {
-                json.key(name);
-                json.finite(double{value});
+                json.member(name, double{value});
             }
         });
         json.key("background");
         json.array([&] {
             for (float const channel : run.background) {
                 json.item();
-                json.finite(double{channel});
+                json.value(double{channel});
             }
         });
         json.key("features");
@@ -307,8 +307,7 @@ inline std::string text_of_head(RunReport const& run)
                 json.member("compared", means.compared);
                 json.member("not_compared", means.not_compared);
                 for (auto const& [name, value] : {std::pair("psnr_db", means.psnr_db), std::pair("ssim", means.ssim), std::pair("l1", means.l1)}) {
-                    json.key(name);
-                    json.finite(value);
+                    json.member(name, value);
                 }
             });
         }
@@ -338,8 +337,9 @@ void put_json(RunReport const& run, Put const& put)
 } // namespace detail
 
 /// report.json of a run, keys in a fixed order; report.schema.json beside this header describes it. Null stands for the PSNR of two
-/// equal pictures (it is infinite), for the measures of pictures that were not compared, for the path of a map without a file, for no advice, and for the tile of a lost record that is on no
-/// tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile that lacks it.
+/// equal pictures (it is infinite), for the measures of pictures that were not compared, for the path of a map without a file, for no advice, and for
+/// the tile of a lost record that is on no tile. The tile of an unplaced record is its anchor tile, which is full. The tile of a copy is the tile
+/// that lacks it.
 ///
 /// `machine.grid` and `machine.tile_px` are those of the first frame; each frame has its own, since cameras may differ in
 /// size. Ledger entries with `budgeted` false are kept on the tile, but the budget of the preset has no room for them: then

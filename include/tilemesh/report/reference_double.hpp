@@ -272,9 +272,9 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 /// A Gaussian contributes nothing if its depth is not greater than `near_depth`, if its projection or colour is not finite, or if its
 /// screen covariance is not positive definite. Ids must be unique.
 ///
-/// Only `cuts` says what is left out. Of the model, the dilation, the Jacobian's limit, the near plane and the background count here. So a caller can measure the cost
-/// of a cut-off that no model has. With `alpha_min` 0 no term is skipped; this costs splats x pixels unless `sigmas` or the square bounds
-/// them. The result does not depend on `threads`, which divide the frame into horizontal bands.
+/// Only `cuts` says what is left out. Of the model, the dilation, the Jacobian's limit, the near plane and the background count here. So a caller can
+/// measure the cost of a cut-off that no model has. With `alpha_min` 0 no term is skipped; this costs splats x pixels unless `sigmas` or the square
+/// bounds them. The result does not depend on `threads`, which divide the frame into horizontal bands.
 ///
 /// Accuracy: about 1e-16 times the condition number of the screen covariance, before the rounding to float. That is 1e-9 for a needle of
 /// 1,000 pixels, and worse than 1e-4 for a needle of 1e6 pixels. Cost: 32 bytes a pixel, and about 10 ns for each pixel of each box.

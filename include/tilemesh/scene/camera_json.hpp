@@ -64,8 +64,8 @@ inline bool begins_as_json(std::istream& stream)
 ///   row-major, camera to world; the camera looks along -z, with y up). The lens stands in the frame or beside `frames`: w, h, fl_x, fl_y
 ///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. Blender's files have
 ///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. The camera's name is
-///   file_path without a leading "./" and with "/" for "\\", there is no scene, and near is 0.2. The world is that of the file; `applied_transform` is not
-///   undone.
+///   file_path without a leading "./" and with "/" for "\\", there is no scene, and near is 0.2. The world is that of the file; `applied_transform`
+///   is not undone.
 ///
 /// If `notes` is not null, it gets one line for each key that the reader does not read, with the number of cameras that have the key. If
 /// there are more than eight such keys, it gets the first eight. Keys beside frames[] of a transforms.json are named too, except those
@@ -73,9 +73,9 @@ inline bool begins_as_json(std::istream& stream)
 ///
 /// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
 /// coefficients that is not 0; a `camera_model` other than a pinhole; in transforms.json, OPENCV with coefficients of 0 is a pinhole) and
-/// for a camera that cannot be used: a number that is missing or not finite, a side outside 1..65535, a focal length below a thousandth of the side or above 2^24 pixels, a near plane that is not positive, a rotation that
-/// is mirrored or not orthonormal within 1e-3, two cameras with one label, more than 2^20 cameras. An empty list is valid and gives no
-/// camera.
+/// for a camera that cannot be used: a number that is missing or not finite, a side outside 1..65535, a focal length below a thousandth of the side
+/// or above 2^24 pixels, a near plane that is not positive, a rotation that is mirrored or not orthonormal within 1e-3, two cameras with one label,
+/// more than 2^20 cameras. An empty list is valid and gives no camera.
 ///
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
 /// byte of the text.

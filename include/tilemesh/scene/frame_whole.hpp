@@ -15,8 +15,8 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 /// Returns a camera that shows a map without known cameras. It looks along the world's +z (OpenCV: y down) from the front, with a
-/// horizontal field of view of `degrees`. With another `up`, it looks along the z axis of `upright(up)`. It sees the box that holds the middle 90 % of the means along each axis, so far outliers do not
-/// count. The near plane is 0.2, or a tenth of the distance to the box if that is less.
+/// horizontal field of view of `degrees`. With another `up`, it looks along the z axis of `upright(up)`. It sees the box that holds the middle 90 %
+/// of the means along each axis, so far outliers do not count. The near plane is 0.2, or a tenth of the distance to the box if that is less.
 ///
 /// It accepts any map. For an empty map the camera stands one unit before the origin. If all means are one point, the box is three median
 /// standard deviations wide. Throws `Error` for a side outside 1..65535, a field of view outside (0, 180) and an `up` of length 0. Cost: one

@@ -32,14 +32,15 @@ TILEMESH_HOST std::vector<std::filesystem::path> map_files(std::filesystem::path
 /// Joins maps into one, in their order. The ids of a map count on behind the rows of the map before, with rejected rows. The degree is the
 /// highest of all; harmonics that a map does not have are zero. The joined map has the name and the origin of the first; the means of a
 /// map with another origin move. With several maps, the notes begin
-/// with the path that they are about. Throws `Error` if the rows of all maps do not fit 32 bits, and as `require_harmonics`. Cost: a copy of all records.
+/// with the path that they are about. Throws `Error` if the rows of all maps do not fit 32 bits, and as `require_harmonics`. Cost: a copy of all
+/// records.
 TILEMESH_HOST Map join_maps(std::vector<Map> maps);
 
 /// A right turn about an axis of the world: x180 changes the signs of y and z. Counter-clockwise, seen from the tip of the axis.
 enum class Turn : unsigned char { x90, x180, x270, y90, y180, y270, z90, z180, z270 };
 
-/// Turns a map about the origin of its file: means, rotations, harmonics and `Map::origin`. It looks from a turned camera as it did before. Means, and harmonics of a turn
-/// by 180 degrees, are exact; other numbers are rounded to float32.
+/// Turns a map about the origin of its file: means, rotations, harmonics and `Map::origin`. It looks from a turned camera as it did before. Means,
+/// and harmonics of a turn by 180 degrees, are exact; other numbers are rounded to float32.
 TILEMESH_HOST Map turned(Map map, Turn turn);
 
 }}} // namespace tilemesh::scene

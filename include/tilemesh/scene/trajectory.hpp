@@ -95,8 +95,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark. A line is a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and world
 /// units, camera to world, separated by blanks. `#` starts a comment, on its own line or after a pose. Blank lines are skipped. Quaternions
-/// of any length except 0 are normalised. A row with NaN or an infinite number is left out, as by `read_trajectory`. Time stamps may be in any order, and the poses keep the file's order; `trajectory_notes` reports
-/// unusual time stamps.
+/// of any length except 0 are normalised. A row with NaN or an infinite number is left out, as by `read_trajectory`. Time stamps may be in any order,
+/// and the poses keep the file's order; `trajectory_notes` reports unusual time stamps.
 ///
 /// Throws `Error` for any other line and names the line, for a file without a pose, and for more than `most` poses. `name` is the file's
 /// name in errors. Cost: 104 bytes a pose, up to three times that while the list grows.
@@ -140,9 +140,9 @@ TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view
 /// a number is not finite or above 1e37, and for no pose at all, because `read_tum` would refuse them.
 TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses);
 
-/// Notes on a trajectory, at most eight lines: those of the reader; poses that are not a camera's (EuRoC); stamps that go back in time; stamps that occur twice; gaps
-/// above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered from 1
-/// in the file's order. Cost: one sort of the stamps.
+/// Notes on a trajectory, at most eight lines: those of the reader; poses that are not a camera's (EuRoC); stamps that go back in time; stamps that
+/// occur twice; gaps above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered
+/// from 1 in the file's order. Cost: one sort of the stamps.
 TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajectory);
 
 /// Applies the motion since the first pose to `start`: pose k is start o (first^-1 o pose_k), composed as camera to world, so a step to the

@@ -401,7 +401,8 @@ struct BlendCell {
             Floats<N> const xs = __builtin_convertvector(counted_lanes<N>(), Floats<N>) + static_cast<float>(at.column + column) + 0.5f - at.cx;
             start<Rule, N>(batch, c, list, n, xs, y);
             if (special) Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
-            going |= special ? weigh<Stop, false, N>(batch, cell, c, list, n, column, rules) : weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
+            going |= special ? weigh<Stop, false, N>(batch, cell, c, list, n, column, rules)
+                             : weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
             colour<N>(cell, batch, c, list, n, column);
             if constexpr (AnyCell::has_depth) depths<N>(cell, batch, c, list, n, column);
         }

@@ -1,4 +1,5 @@
 #pragma once
+#include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
@@ -14,8 +15,6 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 inline constexpr std::uint32_t block_width = 16, block_height = 5;
 /// The size of a cell, in pixels.
 inline constexpr std::uint32_t cell_width = 8, cell_height = 4;
-/// Evaluated pairs are counted in units of this many, so that 32 bits hold a whole frame. Blocks and cells are whole units.
-inline constexpr std::uint32_t pairs_a_count = 16;
 /// The Gaussian-pixel pairs of one call.
 struct PairCount {
     std::uint32_t evaluated;    ///< in units of pairs_a_count
@@ -80,7 +79,8 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
 #if defined(__clang__)
     for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(i)); // written out, Clang 16 would spill more registers
 #else
-    if constexpr (Degree > 4) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
+    if constexpr (Degree > 4)
+        p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(4)); // a loop, GCC 12 would keep it, with the coefficients on the stack
     if constexpr (Degree > 3) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(3));
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(2));
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(1));

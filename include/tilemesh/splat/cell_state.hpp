@@ -153,7 +153,8 @@ struct OpenCell {
     {
         at = place;
         state = {};
-        bool const whole = place.column >= live.x0 && place.column + cell_width <= live.x1 && place.row >= live.y0 && place.row + cell_height <= live.y1;
+        bool const whole = place.column >= live.x0 && place.column + cell_width <= live.x1 && place.row >= live.y0 &&
+                           place.row + cell_height <= live.y1;
         for (std::uint32_t j = 0; j < cell_height; ++j)
             for (std::uint32_t i = 0; i < cell_width; ++i) state.transmittance[j][i] = 1.0f;
         for (std::uint32_t j = 0; j < cell_height && !whole; ++j)

@@ -166,7 +166,8 @@ void blend_open_cells(Memory& m, CellWindow const& window, std::uint32_t open, R
                     auto& right = m.cells[++b];
                     fetch_part_ahead<size>(begin + size, n, b, open, at);
                     if (Tally::by_groups && begin % splats_a_group == 0) right.blended = 0;
-                    Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{cell, m.list, m.lists.list(cell.in_window, m.list)};
+                    Listed<std::remove_reference_t<decltype(cell)>, typename Memory::Lists::Number> one{
+                        cell, m.list, m.lists.list(cell.in_window, m.list)};
                     decltype(one) other{right, m.second, m.lists.list(right.in_window, m.second)};
                     blend_pair<Rule, Stop>(set, m, one, other, special, rules, tally);
                     for (auto const* listed : {&one, &other}) {

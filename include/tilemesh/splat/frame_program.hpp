@@ -5,7 +5,7 @@
 #include <tilemesh/splat/depth_sort.hpp>
 #include <tilemesh/splat/frame_start.hpp>
 #include <tilemesh/splat/routing.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 #include <type_traits>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {

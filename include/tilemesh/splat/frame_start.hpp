@@ -206,9 +206,9 @@ struct Project : ProjectOperations<S> {
 
 } // namespace kernel
 
-/// Begins a frame on a tile. In a new view it projects all records of the tile (by reference, the host has projected them), marks the anchored records that must leave and the slots
-/// that owe copies, and drops the copies whose footprint left the tile. If the view is that of the last frame, it only resets the counters.
-/// It votes busy if a record must leave or waits.
+/// Begins a frame on a tile. In a new view it projects all records of the tile (by reference, the host has projected them), marks the anchored
+/// records that must leave and the slots that owe copies, and drops the copies whose footprint left the tile. If the view is that of the last frame,
+/// it only resets the counters. It votes busy if a record must leave or waits.
 ///
 /// After this pass, on every tile: a copy is present only if its footprint touches the tile. `Mark::shared(d)` is set only if the neighbour
 /// on side d holds the record. A copy that a full channel refused is owed again in a new view. Two neighbours decide about a copy with the

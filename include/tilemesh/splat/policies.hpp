@@ -261,5 +261,17 @@ struct WithAlpha {
     static WithAlpha make(Blended const& b) noexcept { return {Colour::make(b), 1.0f - b.transmittance}; }
 };
 
+/// The format of a pixel's colour: one of the library's, or `own`.
+template <class Pixel>
+inline constexpr ColourFormat colour_format = ColourFormat::own;
+template <>
+inline constexpr ColourFormat colour_format<FloatPixel> = ColourFormat::float32;
+template <>
+inline constexpr ColourFormat colour_format<Rgbx8Pixel> = ColourFormat::rgbx8;
+template <class Colour>
+inline constexpr ColourFormat colour_format<WithDepth<Colour>> = colour_format<Colour>;
+template <class Colour>
+inline constexpr ColourFormat colour_format<WithAlpha<Colour>> = colour_format<Colour>;
+
 }}} // namespace tilemesh::splat
 TILEMESH_EXACT_END

@@ -382,8 +382,8 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 /// covariance is V V^T with V = J W R S (2 x 3), and its determinant is the squared length of the cross product of V's rows.
 ///
 /// A Gaussian that cannot be drawn gives an invisible splat, not an error: it is behind the near plane, its opacity is under alpha_min, it
-/// is outside the screen, or its projection is not finite. The size of a tile sets `Splat::anchor` alone. Cost: about 150 flops, three square roots, nine divisions, four exponentials or
-/// logarithms.
+/// is outside the screen, or its projection is not finite. The size of a tile sets `Splat::anchor` alone. Cost: about 150 flops, three square roots,
+/// nine divisions, four exponentials or logarithms.
 inline Splat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
     using detail::OneFloat;

@@ -15,6 +15,7 @@ struct Reference {
 
 /// An entry of `Splats`: a row of the host's table.
 struct SplatRow {
+    static constexpr std::uint32_t wire_bytes = sizeof(Splat); ///< the machine stores the splat
     std::uint32_t row;
 };
 
@@ -77,7 +78,8 @@ struct TableParameters : FrameParameters {
     HostPointer<std::uint32_t const> depths; ///< bits of the depth as a float
     /// Valid for rows that moved: outside of this span, no tile had the record or a copy when this view began. A null pointer: unknown.
     HostPointer<TileSpan const> before;
-    /// By tiles: 0 if the tile's pixels from the last run are still right, so that it does not composite (render/kept_pixels.hpp). A null pointer: every tile composites.
+    /// By tiles: 0 if the tile's pixels from the last run are still right, so that it does not composite (render/kept_pixels.hpp). A null pointer:
+    /// every tile composites.
     HostPointer<std::uint8_t> stale;
 };
 

@@ -1,9 +1,10 @@
 #pragma once
+#include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/policy_set.hpp>
 #include <tilemesh/splat/search.hpp>
-#include <tilemesh/splat/sizes.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <type_traits>
 #include <utility>
 
@@ -12,6 +13,7 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// The parameters that the host sends to every tile at the start of a frame.
 struct FrameParameters {
     static constexpr char const* name = "frame parameters";
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept; ///< also of the host's parameters, which have addresses of tables
     View view;
     Tiling tiling;
     std::uint8_t view_changed;  ///< 0: the view is that of the last frame, and its splats are still valid
@@ -21,7 +23,37 @@ struct FrameParameters {
 };
 static_assert(sizeof(FrameParameters) == sizeof(View) + sizeof(Tiling) + 4, "parameters are whole words");
 
+constexpr std::uint32_t FrameParameters::item_bytes(Setup const& s) noexcept
+{
+    return s.own_parameter_bytes != 0 ? s.own_parameter_bytes : static_cast<std::uint32_t>(sizeof(FrameParameters));
+}
+
 // --- state of a tile ------------------------------------------------------------------------------------------------------------
+// The bytes that the machine stores and sends for a record under a setup. Regions say their bytes by these functions, so a ledger is that of
+// the machine, whatever form of records a host stores.
+
+constexpr std::uint32_t record_bytes(std::uint32_t sh_degree) noexcept
+{
+    return static_cast<std::uint32_t>(sizeof(Gaussian)) + 12 * harmonics_per_channel(sh_degree);
+}
+constexpr std::uint32_t record_bytes(Setup const& s) noexcept
+{
+    return s.own_record_bytes != 0 ? s.own_record_bytes : record_bytes(s.sh_degree);
+}
+static_assert(record_bytes(1) == sizeof(ShadedGaussian<1>) && record_bytes(3) == sizeof(ShadedGaussian<3>));
+constexpr std::uint32_t road_bytes(Setup const& s) noexcept
+{
+    return record_bytes(s) + (s.carried ? static_cast<std::uint32_t>(sizeof(TileId)) : 0u);
+}
+constexpr std::uint32_t beam_bytes(Setup const& s) noexcept
+{
+    return s.reusable ? record_bytes(s) : static_cast<std::uint32_t>(sizeof(Splat) + sizeof(GaussianId)); // ScreenCopy
+}
+constexpr std::uint32_t pixel_bytes(Setup const& s) noexcept
+{
+    return s.own_pixel_bytes != 0 ? s.own_pixel_bytes : (s.colour == ColourFormat::rgbx8 ? 4u : 12u) + (s.depth ? 4u : 0u) + (s.alpha ? 4u : 0u);
+}
+
 // The type of a region depends on a set of policies. Its number of slots is a member of `Sizes`. `Storage<S>`, for a setup or a set of
 // policies S, is the region under S's policies.
 
@@ -30,10 +62,11 @@ template <class P>
 struct Storage : Buffer<typename P::Record> {
     static constexpr char const* name = "storage";
     static constexpr auto slots = &Sizes::storage;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return record_bytes(s); }
 };
 } // namespace region
-/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for each
-/// slot.
+/// The records that a tile holds: Gaussians anchored on it or on their way, and copies that bloom brought. `Marks` and `Splats` have one entry for
+/// each slot.
 template <class S>
 using Storage = region::Storage<PoliciesOf<S>>;
 
@@ -75,6 +108,7 @@ struct Marks : Buffer<MarkOf<P>> {
     static constexpr char const* name = "marks";
     static constexpr auto slots = &Sizes::storage;
     static constexpr auto budgeted_if = &Sizes::lists_fit;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return s.routes || s.blooms ? sizeof(Mark) : sizeof(AnchorMark); }
 };
 template <class P>
 struct Splats : Buffer<typename P::Projected> {
@@ -114,36 +148,17 @@ template <class Pixel>
 struct Framebuffer : Buffer<Pixel> {
     static constexpr char const* name = "framebuffer";
     static constexpr auto slots = &Sizes::tile_pixels;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return pixel_bytes(s); }
 };
 } // namespace region
 /// The tile's slice of the picture, row by row of the tile's own rectangle. The host sizes it when it sets the tiling.
 template <class S>
 using Framebuffer = region::Framebuffer<typename S::Pixel>;
 
-/// The counters of a tile in a frame. Project resets all of them except the last two, and in an old view `visible` and
-/// `parked`. They are exact on every engine.
-struct Counts {
-    static constexpr char const* name = "counters";
-    std::uint32_t visible;       ///< anchored here or leaving, and with something on screen
-    std::uint32_t parked;        ///< anchored here with nothing on screen; stays on its tile
-    std::uint32_t moved;         ///< records whose anchor became another tile in this frame
-    std::uint32_t hops;          ///< records sent to a neighbour on the way to their anchor tile
-    std::uint32_t channel_full;  ///< refusals because the channel has no free slot; a record that waits three passes counts three times
-    std::uint32_t no_credit;     ///< refusals because the receiver promised no more room, although the channel has a free slot
-    std::uint32_t storage_full;  ///< anchored records that found no free storage: unplaced (hold) or dropped (drop)
-    std::uint32_t copies_full;   ///< copies that found no free storage
-    std::uint32_t copies_refused;///< copies that found no free slot in the channel and were given up (drop)
-    std::uint32_t projected;     ///< projections computed
-    std::uint32_t copies;        ///< copies on the tile when its depth order was last made
-    /// Not 0: since the depth order was made, slots came or left, or records began or ceased to show. Whoever changes slots counts the
-    /// change, also the host. Only DepthSort resets it.
-    std::uint32_t changes;
-};
-static_assert(sizeof(Counts) <= 64, "small enough to lie beside the heads of a tile's lists");
-
 /// The memory of flow control (routing.hpp).
 struct FlowControl {
     static constexpr char const* name = "credits and flow control";
+    static constexpr bool is_present(Setup const& s) noexcept { return s.routes; }
     std::uint32_t leaving;       ///< records in storage that wait to leave
     std::uint32_t waiting;       ///< records in the FIFOs
     std::uint32_t sent[2];       ///< records sent to the two sides of the first leg in the previous pass
@@ -152,16 +167,9 @@ struct FlowControl {
 /// Says whether stored records may owe copies that are not sent yet.
 struct OwedCopies {
     static constexpr char const* name = "bloom debts";
+    static constexpr bool is_present(Setup const& s) noexcept { return s.blooms; }
     std::uint32_t open;          ///< upper bound for the slots with Mark::owes, without those that routing brought
     std::uint32_t first;         ///< 1 until bloom has run once in this frame, because mail is then older than the view; 0 outside the picture
-};
-
-/// The Gaussian-pixel pairs, counted by each worker on its own.
-struct Work {
-    static constexpr char const* name = "pair counters";
-    static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t evaluated[max_workers];    ///< in units of pairs_a_count, so that 32 bits hold any frame
-    std::uint32_t contributing[max_workers]; ///< pairs
 };
 
 // --- channels ------------------------------------------------------------------------------------------------------------
@@ -191,11 +199,15 @@ template <class P>
 struct Road : Channel<RoadMessage<P>> {
     static constexpr char const* name = "road";
     static constexpr auto slots = &Sizes::road;
+    static constexpr bool is_present(Setup const& s) noexcept { return s.routes; }
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return road_bytes(s); }
 };
 template <class P, bool Routes = P::routes>
 struct Beam : Channel<BeamMessage<P>> {
     static constexpr char const* name = "beam";
     static constexpr auto slots = &Sizes::beam;
+    static constexpr bool is_present(Setup const& s) noexcept { return s.blooms; }
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return beam_bytes(s); }
 };
 /// The paper has one set of channels for both: routing has ended when bloom begins.
 template <class P>
@@ -212,6 +224,8 @@ template <class P, std::uint32_t Side>
 struct Waiting : Buffer<RoadMessage<P>> {
     static constexpr char const* name = Side == 0 ? "waiting (side 0)" : "waiting (side 1)";
     static constexpr auto slots = &Sizes::waiting;
+    static constexpr bool is_present(Setup const& s) noexcept { return s.routes && s.holds; }
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return road_bytes(s); }
     static constexpr std::uint32_t least_slots = always_holds<typename P::Saturation> ? 1 : 0; ///< without a slot, the tile could give no credit
 };
 } // namespace region

@@ -190,7 +190,8 @@ struct RouteStep {
         }
         if (flow.leaving == 0) return;
         std::uint32_t no_credit = 0;
-        for (std::uint32_t i = 0, n = short_of_credit != 0 ? marks.size() : 0; i < n; ++i) no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
+        for (std::uint32_t i = 0, n = short_of_credit != 0 ? marks.size() : 0; i < n; ++i)
+            no_credit += (marks[i].bits & short_of_credit) != 0 ? 1u : 0u;
         counts.no_credit += no_credit;
         counts.channel_full += flow.leaving - no_credit;
     }
@@ -214,19 +215,6 @@ bool ends_here(Here const& here, typename S::Parameters const& frame, RoadMessag
 /// left waiting in a FIFO, and for which a new view makes this tile the anchor, settles without being counted.
 template <class S>
 struct RouteOperations {
-    /// `arrived`, `left`: messages. `settled`: those that end here. `slots`: the tile's records and copies.
-    static Operations of(typename S::Parameters const& frame, std::uint32_t arrived, std::uint32_t left, std::uint32_t settled,
-                         std::uint32_t slots) noexcept
-    {
-        std::uint32_t const home = arrived > left ? arrived - left : 0;
-        std::uint32_t const own = left > arrived ? left - arrived : 0; // of the tile's own records; to find them it looks at all marks
-        Operations o;
-        o[Operation::routed] = arrived + left;
-        o[Operation::projection] = S::Addressing::carried_in(frame) ? home : arrived;
-        o[Operation::slot] = times(home + (own != 0 ? 1 : 0), slots);
-        o.settled_bytes = times(settled, AccessOf<S>::template road_bytes<RoadMessage<S>>(frame));
-        return o;
-    }
     static Operations operations(Here here, Broadcast<typename S::Parameters> frame, Marks<S> const& marks, In<Road<S>> in,
                                  Out<Road<S>> out) noexcept
     {
@@ -236,7 +224,15 @@ struct RouteOperations {
             left += out[d].size();
             for (auto const& m : in[d]) settled += ends_here<S>(here, *frame, m) ? 1 : 0;
         }
-        return of(*frame, arrived, left, settled, marks.size());
+        std::uint32_t const home = arrived > left ? arrived - left : 0;
+        // To find its own records that leave, the tile looks at all marks.
+        std::uint32_t const own = left > arrived ? left - arrived : 0;
+        Operations o;
+        o[Operation::routed] = arrived + left;
+        o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;
+        o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
+        o.settled_bytes = times(settled, AccessOf<S>::template road_bytes<RoadMessage<S>>(*frame));
+        return o;
     }
 };
 /// Route on one tile, with `Hold`.
@@ -268,7 +264,7 @@ struct HoldingRoute {
         }
         auto const room = [&](Direction d) noexcept {
             if (out[d].size() < most.limit[index(d)]) return true;
-            ++(most.short_of_credit[index(d)] ? counts.no_credit : counts.channel_full);
+            ++counts.refusals(most.short_of_credit[index(d)]);
             return false;
         };
         // Of the messages that carry anchors of this view, those that end here are collected and settled a few at a time: two messages never

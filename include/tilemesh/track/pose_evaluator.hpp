@@ -15,7 +15,7 @@
 #include <tilemesh/render/record_table.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/screen_cache.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup_on_mesh.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/pose/program.hpp>
 #include <tilemesh/splat/pose/terms.hpp>
@@ -46,7 +46,10 @@ TILEMESH_HOST Extent2 tracking_tile(Extent2 frame, MachineSize const& machine) n
 namespace splat {
 template <>
 struct Access<track::PoseTableParameters> : TableAccess<track::PoseTableParameters> {
-    TILEMESH_KERNEL static pose::Terms const& terms_of(track::PoseTableParameters const& frame, SplatRow s) noexcept { return frame.terms.get()[s.row]; }
+    TILEMESH_KERNEL static pose::Terms const& terms_of(track::PoseTableParameters const& frame, SplatRow s) noexcept
+    {
+        return frame.terms.get()[s.row];
+    }
 };
 namespace pose {
 template <>
@@ -81,7 +84,8 @@ struct EvaluatorOptions {
 };
 
 /// Evaluates poses of a camera on a mesh of tiles: the least-squares sums of a picture against a map, by forward mode or by gradients of
-/// the picture. It loads the map's records onto the tiles once; records and copies stay there between evaluations, so that a small step moves few records.
+/// the picture. It loads the map's records onto the tiles once; records and copies stay there between evaluations, so that a small step moves few
+/// records.
 ///
 /// A tile's storage has as many slots as the machine's SRAM leaves for tiles of this size (`splat::pose::sizes_on`).
 ///
@@ -174,15 +178,17 @@ template <class S, template <class, class> class Engine>
 BasicPoseEvaluator<S, Engine>::BasicPoseEvaluator(scene::Map map, Extent2 frame, EvaluatorOptions options, EngineOptions engine)
     : options_(options), host_(std::move(engine)), size_(frame), records_(std::move(map), degree),
       cache_(by_reference ? records_.rows() : 0), keeper_(records_, &cache_), terms_(by_reference ? records_.rows() : 0),
-      rules_(render::rules_of<splat::Lossless>())
+      rules_(splat::lossless.rules)
 {
     constexpr auto machine = size_of_machine<typename S::Machine>();
     bool const follows = options.tile.width == 0 && options.tile.height == 0;
     layout_ = render::layout_frame({{}, follows ? tracking_tile(frame, machine) : options.tile}, frame.width, frame.height, machine,
                                    machine.sram_bytes / sizeof(splat::pose::TargetPixel), "tracking");
-    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height, by_reference ? records_.map().sh_degree : degree);
+    sizes_ = splat::pose::sizes_on<typename splat::ValueOf<S>::type>(machine, std::uint32_t{layout_.tiling.tile_width} * layout_.tiling.tile_height,
+                                                                     by_reference ? records_.map().sh_degree : degree);
     if (sizes_.storage == 0)
-        throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) + " pixels (machine " + machine.name +
+        throw Error("tiles of " + std::to_string(layout_.tiling.tile_width) + " x " + std::to_string(layout_.tiling.tile_height) +
+                    " pixels (machine " + machine.name +
                     " has no memory for splats beside them); choose smaller tiles, a smaller frame or another machine");
 }
 
@@ -244,7 +250,7 @@ void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOpti
 template <class S, template <class, class> class Engine>
 void BasicPoseEvaluator<S, Engine>::build()
 {
-    policies_ = splat::policies_of<splat::pose::Tracked<splat::Lossless>>();
+    policies_ = splat::policy_words(splat::setup_of<splat::pose::Tracked<splat::Lossless>>());
     auto const& t = layout_.tiling;
     RendererOptions plain;
     plain.threads = options_.threads;

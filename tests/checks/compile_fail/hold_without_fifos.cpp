@@ -1,11 +1,11 @@
 // EXPECT: a setup that holds needs FIFOs
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 
 struct Setup : tilemesh::splat::Paper { // whose FIFOs have no slot
     using Saturation = tilemesh::splat::Hold;
 };
 
-tilemesh::render::SetupFacts facts()
+tilemesh::render::Setup facts()
 {
-    return tilemesh::render::facts_of<Setup>();
+    return tilemesh::render::setup_for<Setup>();
 }

@@ -1,6 +1,6 @@
 // EXPECT: no machine .*a setup is not one: give its Machine
 #include <tilemesh/engine/mesh.hpp>
-#include <tilemesh/splat/setup.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 struct Cell {
     float heat;

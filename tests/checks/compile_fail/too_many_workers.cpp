@@ -1,5 +1,5 @@
 // EXPECT: a machine with more workers than Work counts for
-#include <tilemesh/render/setup_choice.hpp>
+#include <tilemesh/render/setup.hpp>
 
 struct EightWorkers : tilemesh::Mk2 {
     static constexpr std::uint32_t workers = 8;
@@ -8,7 +8,7 @@ struct Setup : tilemesh::splat::Lossless {
     using Machine = EightWorkers;
 };
 
-tilemesh::render::SetupFacts facts()
+tilemesh::render::Setup facts()
 {
-    return tilemesh::render::facts_of<Setup>();
+    return tilemesh::render::setup_for<Setup>();
 }

@@ -9,7 +9,7 @@ class RunnerOf final : public Runner {
     using P = typename Core::Policies;
 
 public:
-    RunnerOf(scene::Map const& map, render::SetupFacts facts, RendererOptions const& options)
+    RunnerOf(scene::Map const& map, render::Setup facts, RendererOptions const& options)
         : renderer_(map, std::move(facts), options, {})
     {
     }
@@ -17,7 +17,7 @@ public:
     splat::Rules& rules() override { return renderer_.rules(); }
     splat::Tiling const& tiling() override { return renderer_.tiling(); }
     Grid grid() override { return renderer_.mesh().grid(); }
-    render::SetupFacts const& facts() override { return renderer_.facts(); }
+    render::Setup const& facts() override { return renderer_.setup(); }
     void observe(Observer observer) override { renderer_.observe(std::move(observer)); }
 
     std::vector<splat::Mark> marks(TileId tile) override
@@ -49,7 +49,7 @@ template <class S, template <class, class> class Engine>
 std::unique_ptr<Runner> make_runner(scene::Map const& map, RendererOptions const& options)
 {
     using R = BasicRenderer<S, Engine>;
-    return std::make_unique<RunnerOf<typename R::Core>>(map, render::facts_of<typename R::Value>(options), options);
+    return std::make_unique<RunnerOf<typename R::Core>>(map, render::setup_for<typename R::Value>(options), options);
 }
 template <class... Setups>
 std::unique_ptr<AnyRenderer> fit_shared(scene::Map const& map, scene::Demand const& demand, RendererOptions const& options)

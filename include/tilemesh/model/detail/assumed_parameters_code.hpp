@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -27,8 +26,7 @@ TILEMESH_HOST std::uint64_t millicycles_a_byte(double bytes, std::string const& 
 
 TILEMESH_HOST CostModel assumed_model(MachineSize const& machine, double bytes, std::uint64_t barrier_cycles)
 {
-    std::array<char, 32> digits{};
-    std::string const rate(digits.data(), write_number(digits.data(), digits.data() + digits.size(), bytes).ptr);
+    auto const rate = number_text(bytes);
     auto model = mk2();
     model.name = std::string(machine.name) + ", assumed";
     for (auto& p : model.parameters) { // what the lines below do not set is mk2's, and says so

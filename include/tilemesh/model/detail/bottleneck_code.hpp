@@ -164,8 +164,8 @@ TILEMESH_HOST std::string load_text(Trace const& trace, Grid grid, std::string_v
     auto const most = std::max_element(load.begin(), load.end());
     double const mean = static_cast<double>(sent_bytes != 0 ? sent_bytes : all_runs) / grid.size();
     return text + "; the most loaded tile is " + tile_text(grid, static_cast<std::uint32_t>(most - load.begin())) + ", which " +
-           (sent_bytes != 0 ? "sent " + report::thousands(*most) + " bytes" : "ran " + report::thousands(*most) + (*most == 1 ? " time" : " times")) + ", " +
-           report::decimals(static_cast<double>(*most) / mean, 1) + " times the mean.";
+           (sent_bytes != 0 ? "sent " + report::thousands(*most) + " bytes" : "ran " + report::thousands(*most) + (*most == 1 ? " time" : " times")) +
+           ", " + report::decimals(static_cast<double>(*most) / mean, 1) + " times the mean.";
 }
 
 }} // namespace tilemesh

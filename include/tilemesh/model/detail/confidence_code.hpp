@@ -19,8 +19,8 @@ namespace tilemesh { inline namespace v0_2 {
 TILEMESH_HOST PriceKind kind_of_network(Network const& n) noexcept
 {
     auto weakest = PriceKind::documented;
-    for (auto const* number : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.flit, &n.packet, &n.head, &n.hop, &n.latency, &n.issue, &n.outstanding, &n.border,
-                               &n.crossing})
+    for (auto const* number : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.flit, &n.packet, &n.head, &n.hop, &n.latency, &n.issue, &n.outstanding,
+                               &n.border, &n.crossing})
         if (number->value != 0) weakest = std::max(weakest, kind_of_source(number->source));
     return weakest;
 }
@@ -63,7 +63,8 @@ TILEMESH_HOST Confidence confidence_of(CostModel const& model, Trace const& trac
     Confidence out;
     auto const kind_of = [&](std::string const& name) {
         if (model.network && name == "network") return kind_of_network(*model.network);
-        auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& known) { return known.name == name; });
+        auto const p =
+            std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& known) { return known.name == name; });
         return p == model.parameters.end() ? PriceKind::guessed : p->kind;
     };
     for (auto const& [name, n] : cycles) {
@@ -84,7 +85,8 @@ TILEMESH_HOST std::string confidence_text(CostModel const& model, Trace const& t
     if (c.names.empty()) return {};
     std::string text = "The weakest prices behind this time are " + std::string(price_kind_names[static_cast<std::size_t>(c.weakest)]) + ":";
     for (auto const& name : c.names) text += (&name == c.names.data() ? " " : ", ") + name;
-    return text + ". They make " + report::share_text(static_cast<double>(c.cycles[static_cast<std::size_t>(c.weakest)]), static_cast<double>(cost.cycles)) +
+    return text + ". They make " +
+           report::share_text(static_cast<double>(c.cycles[static_cast<std::size_t>(c.weakest)]), static_cast<double>(cost.cycles)) +
            " of its cycles.";
 }
 

@@ -150,8 +150,10 @@ TILEMESH_HOST CostModel mk2()
     set_price(m, "mean", d::slots_of(Work::mean_flops, 0, Work::mean_others) * d::one_worker,
               "arithmetic: " + work(Work::mean_flops, 0, Work::mean_others) + ", on one worker");
     set_price(m, "gradient",
-              d::slots_of(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots, adding_others + Work::gradient_others) * d::one_worker,
-              "arithmetic: " + work(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots, adding_others + Work::gradient_others) + ", on one worker");
+              d::slots_of(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots, adding_others + Work::gradient_others) *
+              d::one_worker,
+              "arithmetic: " + work(adding_flops + Work::gradient_flops, Work::adding_roots + Work::gradient_roots,
+                                    adding_others + Work::gradient_others) + ", on one worker");
     set_price(m, host_byte, (m.clock_khz + d::host_link_bytes_a_us - 1) / d::host_link_bytes_a_us,
               "document: PCIe Gen4 x16 has 64 GB/s both ways (C600 product brief), so 32 GB/s to the chip; no kernel counts it");
     set_parameter(m, "run", d::vertex_cycles,

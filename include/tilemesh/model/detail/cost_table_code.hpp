@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <span>
 #include <string>
 #include <tilemesh/machine/tile.hpp>
@@ -13,9 +12,7 @@ namespace tilemesh { inline namespace v0_2 {
 
 TILEMESH_HOST std::string milliseconds_text(CostModel const& model, std::uint64_t cycles)
 {
-    std::array<char, 64> text{}; // 2^64 cycles at 1 kHz have 20 digits before the point
-    auto const end = write_fixed(text.data(), text.data() + text.size(), milliseconds(model, cycles), 4);
-    return {text.data(), end.ptr};
+    return decimals(milliseconds(model, cycles), 4);
 }
 
 TILEMESH_HOST report::Table ledger_table(std::span<machine::Region const> ledger, std::uint32_t sram_bytes)

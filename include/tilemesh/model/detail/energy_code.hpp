@@ -6,7 +6,6 @@
 #include <istream>
 #include <limits>
 #include <optional>
-#include <ostream>
 #include <string>
 #include <string_view>
 #include <tilemesh/engine/trace.hpp>
@@ -152,26 +151,6 @@ TILEMESH_HOST Energy energy_of(EnergyModel const& energy, CostModel const& model
     }
     out.joules = all.joules();
     return out;
-}
-
-TILEMESH_HOST void write_energy_model(std::ostream& out, EnergyModel const& model)
-{
-    namespace d = model_detail;
-    if (!d::fits_a_line(model.name))
-        throw Error("an energy model cannot be written (its name is not one line of 1 to " + std::to_string(d::most_text_bytes) +
-                    " bytes, without blanks around it); name it");
-    EnergyModel same;
-    same.name = model.name;
-    for (auto const& p : model.events)
-        set_energy(same, p.name, p.value, p.source);
-    if (!(same == model))
-        throw Error("energy model \"" + d::shown(model.name) +
-                    "\" cannot be written (an event is there twice or has another unit than fJ); set each with set_energy");
-    std::string text = "# name value unit source; 1,000 fJ are 1 pJ; an event that is not here has no energy set\n";
-    text += "energy " + model.name + '\n';
-    for (auto const& p : model.events)
-        text += d::parameter_line(p.name, std::to_string(p.value), p.unit, p.source);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }
 
 TILEMESH_HOST EnergyModel read_energy_model(std::istream& in, std::string const& file_name)

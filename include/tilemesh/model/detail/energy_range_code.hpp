@@ -38,8 +38,8 @@ TILEMESH_HOST EnergyRange mk2_energies()
             if (operation == price.operation) tenths = n;
         set_energy(range.least, price.operation, tenths * multiplication / 20,
                    tenths == 0 ? none
-                               : "document: 1.31 pJ a multiplication of 32-bit floats at 7 nm (Jouppi et al., ISCA 2021), one for two flops; memory and "
-                                 "instructions are left out");
+                               : "document: 1.31 pJ a multiplication of 32-bit floats at 7 nm (Jouppi et al., ISCA 2021), one for two flops; memory "
+                                 "and instructions are left out");
         set_energy(range.most, price.operation, 0, covered);
     }
     for (auto const* event : {sent_byte_event, capacity_byte_event}) {

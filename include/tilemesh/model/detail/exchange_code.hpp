@@ -19,7 +19,8 @@ namespace tilemesh { inline namespace v0_2 {
 TILEMESH_HOST Network exchange_network(CostModel const& model, Grid grid)
 {
     auto const source = [&](char const* name) {
-        auto const p = std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& known) { return known.name == name; });
+        auto const p =
+            std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& known) { return known.name == name; });
         return p == model.parameters.end() ? std::string("guess: it has no source") : p->source;
     };
     // So many millicycles a byte are 1,000 bytes in so many cycles.
@@ -52,8 +53,8 @@ TILEMESH_HOST std::vector<NetworkNode> nodes_of(Network const& network, Grid gri
     for (std::uint32_t x = 0; x < network.columns; ++x)
         if (std::find(network.memory_columns.begin(), network.memory_columns.end(), x) == network.memory_columns.end()) columns.push_back(x);
     if (grid.width > columns.size() || grid.height > network.rows)
-        throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles on network " + network.name + " (it has room for " +
-                    std::to_string(columns.size()) + " x " + std::to_string(network.rows) + "); take a smaller grid");
+        throw Error("a grid of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " tiles on network " + network.name +
+                    " (it has room for " + std::to_string(columns.size()) + " x " + std::to_string(network.rows) + "); take a smaller grid");
     std::vector<NetworkNode> nodes;
     for (std::uint32_t t = 0; t < grid.size(); ++t) nodes.push_back({columns[grid.tile(t).x()], grid.tile(t).y()});
     return nodes;
@@ -110,7 +111,8 @@ TILEMESH_HOST NetworkPrices::NetworkPrices(CostModel const& model, Grid grid) : 
 {
     if (!model.network) return;
     if (model.chips != Chips{})
-        throw Error("cost model \"" + model.name + "\" has a network and chips (a network says itself on how many chips it lies); leave one of them out");
+        throw Error("cost model \"" + model.name +
+                    "\" has a network and chips (a network says itself on how many chips it lies); leave one of them out");
     network_ = *model.network;
     nodes_ = nodes_of(network_, grid);
     if (network_.torus || !network_.memory_columns.empty() || network_.chip_columns != 0) return;

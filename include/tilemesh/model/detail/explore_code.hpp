@@ -38,7 +38,8 @@ TILEMESH_HOST double gain_of(StudyPoint const& p, Gain gain) noexcept
 TILEMESH_HOST Gain gain_of(std::span<StudyPoint const> points, std::span<std::size_t const> front) noexcept
 {
     for (auto const gain : {Gain::psnr, Gain::sram})
-        if (std::any_of(front.begin(), front.end(), [&](std::size_t i) { return gain_of(points[i], gain) != gain_of(points[front[0]], gain); })) return gain;
+        if (std::any_of(front.begin(), front.end(), [&](std::size_t i) { return gain_of(points[i], gain) != gain_of(points[front[0]], gain); }))
+            return gain;
     return Gain::bytes;
 }
 
@@ -58,7 +59,8 @@ TILEMESH_HOST std::vector<std::size_t> front_of(std::span<StudyPoint const> poin
 {
     std::vector<std::size_t> front;
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (model_detail::counts(points[i]) && std::none_of(points.begin(), points.end(), [&](StudyPoint const& other) { return beats(other, points[i]); }))
+        if (model_detail::counts(points[i]) &&
+            std::none_of(points.begin(), points.end(), [&](StudyPoint const& other) { return beats(other, points[i]); }))
             front.push_back(i);
     std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return points[a].modelled_ms < points[b].modelled_ms; });
     return front;
@@ -114,23 +116,27 @@ TILEMESH_HOST std::string knee_text(std::span<StudyPoint const> points, std::spa
 {
     auto const measures = [&](std::size_t i) {
         auto const& p = points[i];
-        return p.name + " (" + (std::isinf(p.psnr_db) ? "equal pictures" : report::decimals(p.psnr_db, 2) + " dB") + ", " + report::decimals(p.modelled_ms, 4) +
-               " ms modelled, " + report::thousands(p.sram_bytes) + " bytes of SRAM a tile)";
+        return p.name + " (" + (std::isinf(p.psnr_db) ? "equal pictures" : report::decimals(p.psnr_db, 2) + " dB") + ", " +
+               report::decimals(p.modelled_ms, 4) + " ms modelled, " + report::thousands(p.sram_bytes) + " bytes of SRAM a tile)";
     };
     if (front.empty()) return "No point has a front: none shows whole pictures on a machine whose numbers are all known.";
     if (front.size() == 1) return "The front has one point, and no knee: " + measures(front.front()) + ".";
     auto const gain = model_detail::gain_of(points, front);
-    char const* const bought = gain == model_detail::Gain::psnr ? "more PSNR" : gain == model_detail::Gain::sram ? "less SRAM" : "fewer bytes exchanged";
+    char const* const bought = gain == model_detail::Gain::psnr   ? "more PSNR"
+                               : gain == model_detail::Gain::sram ? "less SRAM"
+                                                                  : "fewer bytes exchanged";
     auto const knee = knee_of(points, front);
     if (!knee)
-        return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points buy " + bought + " with more time. The fastest is " +
-               measures(front.front()) + ".";
-    char const* const with_most = gain == model_detail::Gain::psnr ? "most PSNR" : gain == model_detail::Gain::sram ? "least SRAM" : "fewest bytes exchanged";
+        return "The front has no knee: fewer than three of its " + report::thousands(front.size()) + " points buy " + bought +
+               " with more time. The fastest is " + measures(front.front()) + ".";
+    char const* const with_most = gain == model_detail::Gain::psnr   ? "most PSNR"
+                                  : gain == model_detail::Gain::sram ? "least SRAM"
+                                                                     : "fewest bytes exchanged";
     auto const best = *std::max_element(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { // the first of equal ones is the fastest
         return model_detail::gain_of(points[a], gain) < model_detail::gain_of(points[b], gain);
     });
-    return std::string("The knee, where more time buys ") + bought + ", is " + measures(*knee) + ": the point with the " + with_most + ", " + points[best].name + ", takes " +
-           report::decimals(points[best].modelled_ms / points[*knee].modelled_ms, 2) + " times as long.";
+    return std::string("The knee, where more time buys ") + bought + ", is " + measures(*knee) + ": the point with the " + with_most + ", " +
+           points[best].name + ", takes " + report::decimals(points[best].modelled_ms / points[*knee].modelled_ms, 2) + " times as long.";
 }
 
 }} // namespace tilemesh

@@ -84,8 +84,8 @@ TILEMESH_HOST void check_grid(MachineFile const& machine, std::string const& whe
     auto const grid = grid_of(machine);
     auto const& tiles = machine.number("tiles").value;
     if (grid && tiles && std::uint64_t{grid->width} * grid->height > *tiles)
-        throw Error(where + " has a grid of " + std::to_string(grid->width) + " x " + std::to_string(grid->height) + " tiles (machine " + shown(machine.name) +
-                    " has " + std::to_string(*tiles) + "); correct columns, rows or tiles");
+        throw Error(where + " has a grid of " + std::to_string(grid->width) + " x " + std::to_string(grid->height) + " tiles (machine " +
+                    shown(machine.name) + " has " + std::to_string(*tiles) + "); correct columns, rows or tiles");
 }
 
 /// How a price that is computed from numbers is known: as its weakest one. "arithmetic", "fitted" or "guess" begins its source.
@@ -135,8 +135,8 @@ TILEMESH_HOST void set_number(MachineFile& machine, std::string_view name, std::
     });
     auto const number = word ? std::optional<std::uint64_t>(word->value) : d::number_within(value, rule.least, rule.most);
     if (!number)
-        throw Error("machine " + d::shown(machine.name) + " has no " + rule.name + " \"" + d::shown(value) + "\" (it goes " + d::range_text(rule) + " " +
-                    std::string(rule.unit) + "); give it a whole number in this range, or unknown");
+        throw Error("machine " + d::shown(machine.name) + " has no " + rule.name + " \"" + d::shown(value) + "\" (it goes " + d::range_text(rule) +
+                    " " + std::string(rule.unit) + "); give it a whole number in this range, or unknown");
     d::expect_source(rule.name, source);
     auto changed = machine;
     auto& n = changed.numbers[static_cast<std::size_t>(&known - machine.numbers.data())];
@@ -168,7 +168,8 @@ TILEMESH_HOST MachineFile read_machine_file(std::istream& in, std::string const&
         },
         [&](ModelParameter const& p) {
             if (d::is_network_name(p.name)) return network.set(p);
-            read.emplace(p.name, MachineNumber{p.name, last.unknown ? std::nullopt : std::optional<std::uint64_t>(p.value), last.per, p.unit, p.source});
+            read.emplace(p.name,
+                         MachineNumber{p.name, last.unknown ? std::nullopt : std::optional<std::uint64_t>(p.value), last.per, p.unit, p.source});
         });
     file.expect_all();
     MachineFile machine{file.name(), {}, network.take(file_name)};
@@ -196,7 +197,8 @@ TILEMESH_HOST std::string machine_file_text(MachineFile const& machine)
 TILEMESH_HOST MachineSize size_of(MachineFile const& machine)
 {
     auto const word = [&](std::string_view name) { return static_cast<std::uint32_t>(machine.need(name)); }; // the rules bound it
-    return {machine.name.c_str(), word("tiles"), word("sram"), static_cast<std::uint32_t>(machine.number("code").value.value_or(0)), word("workers"), word("clock")};
+    return {machine.name.c_str(), word("tiles"), word("sram"), static_cast<std::uint32_t>(machine.number("code").value.value_or(0)), word("workers"),
+            word("clock")};
 }
 
 TILEMESH_HOST std::optional<Grid> grid_of(MachineFile const& machine)
@@ -238,14 +240,16 @@ TILEMESH_HOST CostModel cost_model_of(MachineFile const& machine)
     } else {
         auto const bytes = known("exchange", 0);
         auto const millicycles = bytes.value == 0 ? 0 : (1000 * rate.per + bytes.value / 2) / bytes.value;
-        set_parameter(model, "exchange_byte", millicycles, bytes.source + (bytes.value != 0 && millicycles * bytes.value != 1000 * rate.per ? "; rounded" : ""));
+        set_parameter(model, "exchange_byte", millicycles,
+                      bytes.source + (bytes.value != 0 && millicycles * bytes.value != 1000 * rate.per ? "; rounded" : ""));
     }
 
     auto const instruction = known("instruction", 0);
     auto const workers = known("workers", 0);
     constexpr std::array<std::string_view, 6> of_all_workers = {"pair", "pixel", "moving_pair", "moving_depth", "splat_motions", "row"};
     for (auto const& price : mk2().prices) {
-        auto const mine = std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& p) { return p.name == price.operation; });
+        auto const mine =
+            std::find_if(model.parameters.begin(), model.parameters.end(), [&](ModelParameter const& p) { return p.name == price.operation; });
         if (price.operation == host_byte) {
             auto const link = known("host_link", 0);
             set_price(model, host_byte, link.value == 0 ? 0 : (model.clock_khz + link.value - 1) / link.value, link.source);
@@ -254,10 +258,12 @@ TILEMESH_HOST CostModel cost_model_of(MachineFile const& machine)
         bool const all = std::find(of_all_workers.begin(), of_all_workers.end(), price.operation) != of_all_workers.end();
         auto const times = all ? instruction.value * Mk2::workers : instruction.value * workers.value; // of mk2's, over 1,000 and its workers
         constexpr std::uint64_t of_mk2 = std::uint64_t{1000} * Mk2::workers;
-        auto const kind = kind_of_source(mine->source), weakest = std::max({kind, kind_of_source(instruction.source), kind_of_source(workers.source)});
+        auto const kind = kind_of_source(mine->source),
+            weakest = std::max({kind, kind_of_source(instruction.source), kind_of_source(workers.source)});
         std::string source = mine->source;
         if (times != of_mk2 || weakest != kind)
-            source = std::string(d::weakest_word(kind, kind_of_source(instruction.source), kind_of_source(workers.source))) + ": mk2's instructions, " +
+            source =
+                std::string(d::weakest_word(kind, kind_of_source(instruction.source), kind_of_source(workers.source))) + ": mk2's instructions, " +
                      std::to_string(instruction.value) + " millicycles each" + (all ? "" : " times " + std::to_string(workers.value) + " workers");
         set_price(model, price.operation, (price.millicycles * times + of_mk2 / 2) / of_mk2, source);
     }

@@ -109,7 +109,8 @@ public:
         along(t, [&](std::size_t link, NetworkNode from, NetworkNode to) {
             bool const waits = meeting && from_memory && met_[link].sources[2] != 0;
             take(5 * nodes_ + link, n_.link, waits ? n_.hop.value * packets : 0);
-            if (n_.chip_columns != 0 && chip_of(from) != chip_of(to)) take(13 * nodes_ + 4 * chip_of(from) + link % 4, n_.border, 0, n_.crossing.value);
+            if (n_.chip_columns != 0 && chip_of(from) != chip_of(to))
+                take(13 * nodes_ + 4 * chip_of(from) + link % 4, n_.border, 0, n_.crossing.value);
         });
         issues_[t.core] += n_.issue.value * scale_;
     }
@@ -151,7 +152,10 @@ private:
     };
     std::size_t chip_of(NetworkNode const& at) const noexcept { return std::size_t{at.y / n_.chip_rows} * chips_across_ + at.x / n_.chip_columns; }
     std::size_t node(NetworkNode const& at) const noexcept { return std::size_t{at.y} * n_.columns + at.x; }
-    NetworkNode node_at(std::size_t i) const noexcept { return {static_cast<std::uint32_t>(i % n_.columns), static_cast<std::uint32_t>(i / n_.columns)}; }
+    NetworkNode node_at(std::size_t i) const noexcept
+    {
+        return {static_cast<std::uint32_t>(i % n_.columns), static_cast<std::uint32_t>(i / n_.columns)};
+    }
     NetworkResource resource(std::size_t at) const
     {
         using R = NetworkResource;
@@ -201,7 +205,8 @@ TILEMESH_HOST void check_network(Network const& n, std::span<NetworkTransfer con
 {
     constexpr std::uint64_t most = 1'000'000;
     if (n.columns == 0 || n.rows == 0 || n.columns > 1024 || n.rows > 1024)
-        throw Error("a network of " + std::to_string(n.columns) + " x " + std::to_string(n.rows) + " nodes (each side is 1 to 1,024); correct the network");
+        throw Error("a network of " + std::to_string(n.columns) + " x " + std::to_string(n.rows) +
+                    " nodes (each side is 1 to 1,024); correct the network");
     for (auto const* number : {&n.link, &n.port_in, &n.port_out, &n.memory, &n.border, &n.flit, &n.packet, &n.head, &n.hop, &n.issue, &n.outstanding})
         if (number->value > most)
             throw Error("a number of network " + n.name + " that is " + std::to_string(number->value) + " (at most 1,000,000); correct the network");

@@ -202,8 +202,8 @@ TILEMESH_HOST std::optional<Network> NetworkReader::take(std::string const& file
                 network_.flit.value == 0 ? "network.flit BYTES bytes SOURCE" : "network.packet BYTES bytes SOURCE");
     for (auto const column : network_.memory_columns)
         if (column >= network_.columns)
-            throw Error(shown(file_name) + " has a memory column " + std::to_string(column) + " (the network has " + std::to_string(network_.columns) +
-                        " columns, from 0); correct network.memory_columns");
+            throw Error(shown(file_name) + " has a memory column " + std::to_string(column) + " (the network has " +
+                        std::to_string(network_.columns) + " columns, from 0); correct network.memory_columns");
     return network_;
 }
 

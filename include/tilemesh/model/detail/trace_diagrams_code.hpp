@@ -68,7 +68,9 @@ TILEMESH_HOST std::vector<report::BarSpan> step_spans(Trace const& trace, CostMo
         for (auto i = round.first; i <= round.last; ++i)
             if (loop_of(i) == round.loop) round_of[i] = &round;
     auto const text = [](std::uint64_t n, char const* what) { return report::thousands(n) + " " + what + (n == 1 ? "" : "s"); };
-    spans = with([&](std::size_t i) { return round_of[i] != nullptr ? names.size() + static_cast<std::size_t>(round_of[i] - rounds.data()) : step_of(i); },
+    spans = with([&](std::size_t i) {
+                     return round_of[i] != nullptr ? names.size() + static_cast<std::size_t>(round_of[i] - rounds.data()) : step_of(i);
+                 },
                  [&](std::size_t number, std::size_t i) {
                      return round_of[i] != nullptr ? "round " + report::thousands(round_of[i]->number) : names[number];
                  });
@@ -83,7 +85,8 @@ TILEMESH_HOST std::vector<report::BarSpan> step_spans(Trace const& trace, CostMo
                         count = round_of[last]->number - round_of[i]->number + 1;
                     }
                     std::string name = text(count, "round") + " of ";
-                    for (auto step = loop.first; step <= loop.last && step < names.size(); ++step) name += (step == loop.first ? "" : ", ") + names[step];
+                    for (auto step = loop.first; step <= loop.last && step < names.size(); ++step)
+                        name += (step == loop.first ? "" : ", ") + names[step];
                     return name;
                 });
     return spans.size() <= most_spans && spans.size() > together.size() ? spans : together;

@@ -16,6 +16,7 @@
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_files.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -46,40 +47,6 @@ TILEMESH_HOST std::string csv_field(std::string_view text)
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
     std::string out = "\"";
     for (char const c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-    return out + '"';
-}
-
-TILEMESH_HOST std::size_t utf8_length(std::string_view text) noexcept
-{
-    auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    unsigned const first = byte(0);
-    if (first < 0x80) return 1;
-    std::size_t const length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-    if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(i) & 0xc0u) != 0x80) return 0;
-    bool const too_long = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xf0 && byte(1) < 0x90);
-    bool const no_character = (first == 0xed && byte(1) > 0x9f) || (first == 0xf4 && byte(1) > 0x8f);
-    return too_long || no_character ? 0 : length;
-}
-
-TILEMESH_HOST std::string json_string(std::string_view text)
-{
-    constexpr char const* hexadecimal = "0123456789abcdef";
-    std::string out = "\"";
-    while (!text.empty()) {
-        auto const c = static_cast<unsigned char>(text[0]);
-        auto const length = utf8_length(text);
-        if (length == 0)
-            out += "\\ufffd";
-        else if (c == '"' || c == '\\')
-            (out += '\\') += text[0];
-        else if (c < 0x20)
-            ((out += "\\u00") += hexadecimal[c >> 4]) += hexadecimal[c & 15u];
-        else
-            out += text.substr(0, length);
-        text.remove_prefix(std::max<std::size_t>(length, 1));
-    }
     return out + '"';
 }
 
@@ -203,7 +170,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     };
 
     text << "{\"displayTimeUnit\":\"ns\",\"traceEvents\":[";
-    begin_event("M", steps) << ",\"name\":\"process_name\",\"args\":{\"name\":" << json_string(model.name) << "}}";
+    begin_event("M", steps) << ",\"name\":\"process_name\",\"args\":{\"name\":" << report::json_string(model.name) << "}}";
     auto const name_track = [&](std::uint32_t tid, std::string_view name) {
         begin_event("M", tid) << ",\"name\":\"thread_name\",\"args\":{\"name\":" << name << "}}";
         begin_event("M", tid) << ",\"name\":\"thread_sort_index\",\"args\":{\"sort_index\":" << tid << "}}";
@@ -213,13 +180,15 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     for (std::size_t l = 0; l < round_track.size(); ++l) {
         if (round_track[l] == 0) continue;
         auto const of_step = [&](std::uint32_t step) { return step_names(trace)[step]; };
-        name_track(round_track[l], loops_shown == 1 ? "\"rounds\"" : json_string("rounds of " + of_step(trace.loops[l].first) + " to " + of_step(trace.loops[l].last)));
+        name_track(round_track[l], loops_shown == 1 ? "\"rounds\""
+                                                    : report::json_string("rounds of " + of_step(trace.loops[l].first) +
+                                                                          " to " + of_step(trace.loops[l].last)));
     }
     for (auto const tile : shown) name_track(track[tile], tile_name(tile));
 
-    auto const kernels = quoted_kernels(trace, json_string);
+    auto const kernels = quoted_kernels(trace, report::json_string);
     std::vector<std::string> names;
-    for (auto const& name : step_names(trace)) names.push_back(json_string(name));
+    for (auto const& name : step_names(trace)) names.push_back(report::json_string(name));
     std::vector<std::uint64_t> begins{0}; // of each superstep
     for (auto const& c : cost.supersteps) begins.push_back(begins.back() + c.total());
     for (auto const& round : rounds) {
@@ -250,7 +219,8 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
             begin_span(track[t.tile], names[c.step], i, now, cycles);
             auto const& operations = operations_of_step(trace, s.step);
             for (std::size_t kind = 0; kind < operations.size(); ++kind)
-                if (auto const count = t.operations.count[kind]; count != 0) text << "," << json_string(operations[kind]) << ":" << count;
+                if (auto const count = t.operations.count[kind]; count != 0)
+                    text << "," << report::json_string(operations[kind]) << ":" << count;
             if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
             text << "}}";
         }

@@ -86,11 +86,9 @@ TILEMESH_HOST std::string maps_csv(std::span<TileMap const> maps, Grid grid)
 TILEMESH_HOST std::string energy_csv(Energy const& energy, Grid grid)
 {
     std::string text = "tile_x,tile_y,joules\n";
-    std::array<char, 32> digits{}; // room for the shortest text that reads back as the same double: at most 24 characters
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        auto const end = write_number(digits.data(), digits.data() + digits.size(), energy.joules_of_tile[t]);
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + ",";
-        text.append(digits.data(), end.ptr) += '\n';
+        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + "," +
+                number_text(energy.joules_of_tile[t]) + '\n';
     }
     return text;
 }

@@ -59,7 +59,9 @@ TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& 
     }
     for (auto const& map : maps) {
         auto const [least, most] = report::finite_range(map.values);
-        auto const shown = [&](double value) { return map.unit == "J" ? report::joules_text(value) : report::short_number(value); };
+        auto const shown = [&](double value) {
+            return map.unit == "J" ? report::significant(value, 6) : report::short_number(value);
+        };
         auto const unit = map.unit.empty() ? "" : " " + map.unit;
         if (least == most) {
             section.flat_maps.push_back(map.title + ": " + map.what + ". It is " + shown(most) + unit + " on every tile.");
@@ -127,7 +129,8 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
     for (std::size_t i = 0; i < steps.size(); ++i) {
         exchanges += steps[i].exchanges;
         busy = std::accumulate(cost.busy[i].begin(), cost.busy[i].end(), busy);
-        if (steps[i].tile_runs != 0 && model_detail::operations_of_step(trace, i).empty()) uncounted += (uncounted.empty() ? "" : ", ") + steps[i].name;
+        if (steps[i].tile_runs != 0 && model_detail::operations_of_step(trace, i).empty())
+            uncounted += (uncounted.empty() ? "" : ", ") + steps[i].name;
     }
     if (!uncounted.empty())
         section.notes = "The kernels of these steps count no operations, so that their compute costs no more than to start them: " + uncounted + ".";
@@ -135,7 +138,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
                        {"passes", thousands(cost.supersteps.size())}, {"exchanges", thousands(exchanges)},
                        {"tiles", std::to_string(grid.width) + " x " + std::to_string(grid.height)},
                        {"tile time busy", share_text(busy, static_cast<double>(cost.cycles) * grid.size())}};
-    if (energy != nullptr) section.figures.emplace_back("energy", report::joules_text(energy->joules) + " J");
+    if (energy != nullptr) section.figures.emplace_back("energy", report::significant(energy->joules, 6) + " J");
     model_detail::add_cards(section, maps, grid, page);
     if (worst && worst->phase == Bottleneck::Phase::compute) {
         auto const tile = grid.tile(worst->tile);
@@ -167,9 +170,10 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
             if (event.count != 0) // every event with a count has an energy
                 section.energy_kinds.push_back({event.name, thousands(event.count),
                                                 thousands(model_detail::find_energy(*page.energy, event.name)->value),
-                                                report::joules_text(event.joules), share_text(event.joules, energy->joules)});
+                                                report::significant(event.joules, 6),
+                                                share_text(event.joules, energy->joules)});
         for (std::size_t s = 0; s < steps.size(); ++s)
-            section.energy_steps.push_back({steps[s].name, report::joules_text(energy->joules_of_step[s]),
+            section.energy_steps.push_back({steps[s].name, report::significant(energy->joules_of_step[s], 6),
                                             share_text(energy->joules_of_step[s], energy->joules)});
     }
     return section;
@@ -216,7 +220,8 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
     std::vector<std::string> headers = {"step", "passes", "exchanges", "kernel runs", "bytes sent, with heads"};
     if (section.modelled) {
         html.svg(section.supersteps_svg).svg(section.steps_svg);
-        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes", "slowest tile and its operations"})
+        for (auto const* header : {"compute", "exchange", "sync", "vote", "cycles", "ms", "share", "bounded by, in passes",
+                                   "slowest tile and its operations"})
             headers.emplace_back(header);
     }
     html.table(headers, section.steps);
@@ -255,7 +260,8 @@ TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Regio
     }
     rows.push_back({"in the budget", "", thousands(sum),
                     sram_bytes == 0 ? ""
-                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " + thousands(sram_bytes)});
+                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " +
+                                        thousands(sram_bytes)});
     html.folded_section("Ledger of a tile's SRAM", report::HtmlFold::closed, [&] { html.table({"region", "what", "bytes", ""}, rows); });
 }
 

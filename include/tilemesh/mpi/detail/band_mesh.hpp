@@ -278,7 +278,8 @@ private:
         std::uint64_t words = 0;
         for (auto const& use : kernel.links)
             if (crosses(side, use))
-                words += 1 + this->grid_.width * (3 + std::uint64_t{this->link_capacity_[use.link]} * engine::link_table<Program>.at[use.link].item_words);
+                words += 1 +
+                    this->grid_.width * (3 + std::uint64_t{this->link_capacity_[use.link]} * engine::link_table<Program>.at[use.link].item_words);
         return words;
     }
     /// Packs what these tiles sent over a side, channel by channel: the number of ends, and for each end its column, size, note, messages.

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/render/picture.hpp>
-#include <tilemesh/render/setup_facts.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <vector>
@@ -14,7 +14,7 @@ namespace tilemesh { inline namespace v0_2 { namespace render {
 /// A process has whole rows of the picture, one process after the other, so the first receives the others' rows where they belong. The
 /// others then have a picture of no width, and keep its memory for the next frame.
 template <class P, class M>
-void gather_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+void gather_picture(M& mesh, Setup const& setup, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
 {
     auto const row_of = [&](std::uint32_t rank) {
         return rank == mesh.ranks() ? tiling.rows : std::min(mesh.bands().first(rank), tiling.rows);
@@ -24,20 +24,20 @@ void gather_picture(M& mesh, SetupFacts const& facts, splat::Tiling const& tilin
     auto const me = mesh.rank();
     mesh.together([&] {
         if (me == 0) {
-            size_planes(camera, facts.has_depth, facts.has_alpha, to);
+            size_planes(camera, setup.depth, setup.alpha, to);
         } else {
             to.image.rgb.resize(3 * pixels_of(me));
-            to.depth.values.resize(facts.has_depth ? pixels_of(me) : 0);
-            to.alpha.values.resize(facts.has_alpha ? pixels_of(me) : 0);
+            to.depth.values.resize(setup.depth ? pixels_of(me) : 0);
+            to.alpha.values.resize(setup.alpha ? pixels_of(me) : 0);
             to.image.width = camera.width;
-            to.depth.width = facts.has_depth ? camera.width : 0;
-            to.alpha.width = facts.has_alpha ? camera.width : 0;
+            to.depth.width = setup.depth ? camera.width : 0;
+            to.alpha.width = setup.alpha ? camera.width : 0;
         }
-        copy_picture<P>(mesh, facts, tiling, camera, row_of(me), row_of(me + 1), to);
+        copy_picture<P>(mesh, setup, tiling, camera, row_of(me), row_of(me + 1), to);
     });
     mesh.join(to.image.rgb.data(), [&](std::uint32_t rank) { return 3 * pixels_of(rank); });
-    if (facts.has_depth) mesh.join(to.depth.values.data(), pixels_of);
-    if (facts.has_alpha) mesh.join(to.alpha.values.data(), pixels_of);
+    if (setup.depth) mesh.join(to.depth.values.data(), pixels_of);
+    if (setup.alpha) mesh.join(to.alpha.values.data(), pixels_of);
     if (me == 0) return;
     to.image.width = to.depth.width = to.alpha.width = 0; // the colours stay in memory: to fill them with zeros in each frame takes as
     to.depth.values.clear();                              // long as to copy them

@@ -25,10 +25,10 @@
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// The host of a mesh over several processes. Every process has a renderer of the same map, setup and options, and calls the same functions
-/// with the same cameras and rules; the engine (mpi/mpi_mesh.hpp) has one part of the tiles in each. Members that are not const are collective. Each has its share of the map
-/// (RendererOptions::rows_of_all_parts), puts records on its own tiles, and sends a record that starts on a tile of another process there.
-/// All return the same report; `host_ms` is their own. The first process gets the picture and makes the list of losses, the others get an
-/// empty picture. What fails in one process is an Error in all of them.
+/// with the same cameras and rules; the engine (mpi/mpi_mesh.hpp) has one part of the tiles in each. Members that are not const are collective. Each
+/// has its share of the map (RendererOptions::rows_of_all_parts), puts records on its own tiles, and sends a record that starts on a tile of another
+/// process there. All return the same report; `host_ms` is their own. The first process gets the picture and makes the list of losses, the others get
+/// an empty picture. What fails in one process is an Error in all of them.
 ///
 /// Members are those of Host for one process. Cost: a frame gathers the picture, and adds up 12 words; a frame that lists losses collects a
 /// splat of each record in the first process.
@@ -82,7 +82,8 @@ public:
     /// `first`: the processes then have bands of equal work in this view. Without it, and for programs that spread their work, bands of equal
     /// height.
     template <class Plan>
-    void build(RendererOptions const& options, Records& records, Plan const& plan, splat::View const* first = nullptr, splat::Tiling const& tiling = {})
+    void build(RendererOptions const& options, Records& records, Plan const& plan, splat::View const* first = nullptr,
+               splat::Tiling const& tiling = {})
     {
         Group group(engine_);
         require_same(group, digest_);
@@ -286,9 +287,9 @@ public:
         return off;
     }
     template <class P>
-    void picture(SetupFacts const& facts, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
+    void picture(Setup const& setup, splat::Tiling const& tiling, splat::Camera const& camera, RenderedFrame& to)
     {
-        gather_picture<P>(*mesh_, facts, tiling, camera, to);
+        gather_picture<P>(*mesh_, setup, tiling, camera, to);
     }
     template <class X, class F>
     void picture_of(RenderedFrame& to, F const& copy)

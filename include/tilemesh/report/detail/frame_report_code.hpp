@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
@@ -43,12 +45,7 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
     for (auto const& time : report_fields) {
         if (time.group() != "host_ms") continue;
         bool const all = time.leaf() == "total";
-        auto const sum = [&](std::string_view group) { // making the picture has none
-            std::uint64_t n = 0;
-            for (auto const& field : report_fields)
-                if (field.group() == group && (all || field.leaf() == time.leaf())) n += field.count(r);
-            return thousands(n);
-        };
+        auto const sum = [&](std::string const& group) { return thousands(total(r, all ? group : group + "." + std::string(time.leaf()))); };
         stages.add_row(
             {all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(time.milliseconds(r))});
     }
@@ -68,19 +65,28 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
 
 TILEMESH_HOST char const* to_string(Cause cause) noexcept
 {
-    constexpr char const* names[causes] = {"unplaced", "storage_full", "channel_full", "late", "no_bloom"};
+    static constexpr auto names = [] { // the leaves of "losses", which are in the order of the causes
+        std::array<char const*, causes> words{};
+        std::size_t n = 0;
+        for (auto const& field : report_fields)
+            if (field.group() == "losses") words[n++] = field.leaf().data();
+        return words;
+    }();
     return names[static_cast<std::uint32_t>(cause)];
-}
-
-TILEMESH_HOST char const* to_string(Program program) noexcept
-{
-    return program == Program::automatic ? "auto" : program == Program::anchored ? "anchored" : "homes";
 }
 
 TILEMESH_HOST std::uint64_t FrameReport::losses(Cause cause) const noexcept
 {
     std::uint64_t n = 0;
     for (auto const& loss : lost) n += loss.cause == cause ? 1u : 0u;
+    return n;
+}
+
+TILEMESH_HOST std::uint64_t total(FrameReport const& r, std::string_view path) noexcept
+{
+    std::uint64_t n = 0;
+    for (auto const& field : report_fields)
+        if (field.is_in(path) && field.exact()) n += field.count(r);
     return n;
 }
 

@@ -22,9 +22,7 @@ namespace detail {
 
 TILEMESH_HOST std::string plot_number(double value, int decimals)
 {
-    std::array<char, 400> text{};
-    auto const end = write_fixed(text.data(), text.data() + text.size(), value, decimals);
-    std::string const out(text.data(), end.ptr);
+    auto const out = tilemesh::decimals(value, decimals);
     return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out; // no -0.0
 }
 

@@ -47,7 +47,8 @@ TILEMESH_HOST Y4mVideo::Y4mVideo(std::filesystem::path const& path, std::uint32_
 }
 
 TILEMESH_HOST Y4mVideo::Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height, FrameRate rate)
-    : width_(width), height_(height), header_(checked_header(rate)), file_(stream, std::move(what), "send it to a program that reads it to its end, or to a file with room")
+    : width_(width), height_(height), header_(checked_header(rate)),
+      file_(stream, std::move(what), "send it to a program that reads it to its end, or to a file with room")
 {
 }
 
@@ -69,7 +70,8 @@ TILEMESH_HOST void Y4mVideo::finish()
 
 TILEMESH_HOST std::string Y4mVideo::checked_header(FrameRate rate) const
 {
-    if (width_ == 0 || height_ == 0) throw Error("a video cannot have " + by(width_, height_) + " pixels (its frames would be empty); choose sides of 1 or more");
+    if (width_ == 0 || height_ == 0)
+        throw Error("a video cannot have " + by(width_, height_) + " pixels (its frames would be empty); choose sides of 1 or more");
     if (rate.frames == 0 || rate.seconds == 0)
         throw Error("a video cannot have " + std::to_string(rate.frames) + "/" + std::to_string(rate.seconds) +
                     " frames per second (that is no rate); choose two numbers of 1 or more");

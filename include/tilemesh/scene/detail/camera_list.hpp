@@ -37,7 +37,8 @@ inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", 
 inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
 
 /// The keys beside frames[] that say nothing about the cameras, their lens or their world.
-inline constexpr std::string_view beside_frames_keys[] = {"aabb_scale", "ply_file_path", "train_filenames", "val_filenames", "test_filenames", "sharpness"};
+inline constexpr std::string_view beside_frames_keys[] =
+    {"aabb_scale", "ply_file_path", "train_filenames", "val_filenames", "test_filenames", "sharpness"};
 
 /// Where a key is in a list of keys; the list's size if it is not there.
 template <std::size_t N>

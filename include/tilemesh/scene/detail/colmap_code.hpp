@@ -77,7 +77,8 @@ TILEMESH_HOST std::vector<NamedCamera> ColmapCameras::take(std::vector<std::stri
 {
     note_ignored_distortion(bent_, notes);
     if (repeated_ids_ != 0 && notes != nullptr)
-        notes->push_back(std::to_string(repeated_ids_) + (repeated_ids_ == 1 ? " image has" : " images have") + " an IMAGE_ID that an earlier image has (" +
+        notes->push_back(std::to_string(repeated_ids_) + (repeated_ids_ == 1 ? " image has" : " images have") +
+                         " an IMAGE_ID that an earlier image has (" +
                          (repeated_ids_ == 1 ? "" : "the first is ") + repeated_ + "): all are read, by their NAME");
     return std::move(cameras_);
 }
@@ -184,7 +185,8 @@ TILEMESH_HOST void ColmapBytes::refuse(std::string const& why) const
 
 TILEMESH_HOST void ColmapBytes::refuse_end() const
 {
-    throw Error(name_ + " ends too early (in " + (number_ == 0 ? "its count" : entry_ + " " + std::to_string(number_) + " of " + std::to_string(count_)) +
+    throw Error(name_ + " ends too early (in " +
+                (number_ == 0 ? "its count" : entry_ + " " + std::to_string(number_) + " of " + std::to_string(count_)) +
                 "); copy it again, or export the model again");
 }
 

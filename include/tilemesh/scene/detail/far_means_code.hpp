@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -48,12 +49,13 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
     double away = 0.0;
     for (double const each : *origin) {
         // A whole number in full: 5000000, not 5e+06. Above 2^53 there are no such places.
-        where.append(where.empty() ? "" : ", ").append(std::fabs(each) < 9e15 ? std::to_string(static_cast<std::int64_t>(each)) : text_of(each));
+        where.append(where.empty() ? "" : ", ")
+            .append(std::fabs(each) < 9e15 ? std::to_string(static_cast<std::int64_t>(each)) : number_text(each));
         away = std::fmax(away, std::fabs(each));
     }
     float const there = static_cast<float>(away);
     double const step = static_cast<double>(std::nextafter(there, std::numeric_limits<float>::infinity())) - static_cast<double>(there);
-    std::string const steps = "float32 has steps of " + text_of(step) + " there";
+    std::string const steps = "float32 has steps of " + number_text(step) + " there";
     if (far == FarMeans::kept) {
         map.notes.push_back("the means are around " + where + ", far from 0 against their spread, and " + steps +
                             ": read the map with its origin moved, or export it with an origin subtracted");
@@ -66,8 +68,10 @@ TILEMESH_HOST void settle_far_means(Map& map, FarMeans far, CutOff const& cut_of
             double const rest = cut_off.empty() ? 0.0 : static_cast<double>(cut_off[i][axis]);
             mean = static_cast<float>(static_cast<double>(mean) - (*origin)[axis] + rest);
         }
-    map.notes.push_back("the means are far from 0 against their spread: the origin " + where + " is subtracted from the map, and from cameras and trajectories" +
-                        (cut_off.empty() ? "; the file has float32, and " + steps + ": export the map as PLY with double columns x, y, z, or with an origin subtracted"
+    map.notes.push_back("the means are far from 0 against their spread: the origin " + where +
+                        " is subtracted from the map, and from cameras and trajectories" +
+                        (cut_off.empty() ? "; the file has float32, and " + steps +
+                                               ": export the map as PLY with double columns x, y, z, or with an origin subtracted"
                                          : ""));
 }
 

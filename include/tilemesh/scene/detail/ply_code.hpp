@@ -89,7 +89,8 @@ inline MapPart read_rows_of_ply(ByteSource& source, PlyHeader const& header, Ply
     auto const start_of = [&](std::uint64_t p) { return vertex.count / parts * p + vertex.count % parts * p / parts; };
     std::uint64_t const first = start_of(part), last = start_of(part + 1);
     MapSink sink(map, last - first, splat::harmonics_per_channel(harmonics.file_degree));
-    if (cut_off != nullptr && std::any_of(columns.begin(), columns.begin() + 3, [](PlyProperty const* p) { return p->type >= PlyType::int32 && p->type != PlyType::float32; }))
+    if (cut_off != nullptr && std::any_of(columns.begin(), columns.begin() + 3,
+                                          [](PlyProperty const* p) { return p->type >= PlyType::int32 && p->type != PlyType::float32; }))
         sink.keep_cut_off(*cut_off);
     auto const keep = [&](std::uint64_t number, GaussianRow const& row) {
         if (number > first && number <= last) sink.add(number, row);

@@ -36,7 +36,8 @@ TILEMESH_HOST std::array<double, 4> quaternion_of(glm::dmat3 const& r)
     auto const largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
     double const wx = r[1][2] - r[2][1], wy = r[2][0] - r[0][2], wz = r[0][1] - r[1][0];
     double const xy = r[0][1] + r[1][0], xz = r[0][2] + r[2][0], yz = r[1][2] + r[2][1];
-    std::array<std::array<double, 4>, 4> const products{{{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
+    std::array<std::array<double, 4>, 4> const products{
+        {{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
     std::array<double, 4> q = products[largest];
     double const length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     double const divisor = q[0] < 0.0 ? -length : length;

@@ -75,7 +75,8 @@ struct SogHarmonics {
 };
 
 /// Reads an SOG map from its files. `read` returns the content of a file.
-inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, std::string const& name, std::string const& file, Codecs const& codecs)
+inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, std::string const& name, std::string const& file,
+                          Codecs const& codecs)
 {
     SogMeta meta;
     std::uint64_t file_bytes = 0;
@@ -127,7 +128,8 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
                         "; 192, 512 or 960 for degree 1, 2 or 3); export the map again");
         harmonics.width_says = meta.version == 2 && !said;
         harmonics.entries = 64 * std::size_t{height};
-        if (meta.version == 2 && part.count >= 0 && part.count < static_cast<double>(harmonics.entries)) harmonics.entries = static_cast<std::size_t>(part.count);
+        if (meta.version == 2 && part.count >= 0 && part.count < static_cast<double>(harmonics.entries))
+            harmonics.entries = static_cast<std::size_t>(part.count);
         harmonics.values = values_of(part, meta.version, 0);
     }
 
@@ -179,8 +181,8 @@ inline Map read_sog_files(std::function<Bytes(std::string const&)> const& read, 
             auto const* const label = harmonics.labels.pixel(r);
             std::size_t const entry = label[0] + 256u * label[1], per_channel = sink.coefficients() / 3;
             if (entry >= harmonics.entries)
-                throw Error(file + " has harmonics that are not in its palette (row " + std::to_string(r + 1) + " names entry " + std::to_string(entry) + " of " +
-                            std::to_string(harmonics.entries) + "); export the map again");
+                throw Error(file + " has harmonics that are not in its palette (row " + std::to_string(r + 1) + " names entry " +
+                            std::to_string(entry) + " of " + std::to_string(harmonics.entries) + "); export the map again");
             for (std::size_t k = 0; k < per_channel; ++k) {
                 auto const* const pixel = harmonics.palette.pixel(entry * per_channel + k);
                 for (std::size_t i = 0; i < 3; ++i) row[14 + 3 * k + i] = harmonics.values[pixel[i]];
@@ -209,7 +211,8 @@ namespace detail {
 /// The folder of an SOG map, and its meta.json; a path names either.
 struct SogFolder {
     explicit SogFolder(std::filesystem::path const& path)
-        : folder(std::filesystem::is_directory(path) ? path : path.parent_path()), meta(std::filesystem::is_directory(path) ? path / "meta.json" : path)
+        : folder(std::filesystem::is_directory(path) ? path : path.parent_path()),
+          meta(std::filesystem::is_directory(path) ? path / "meta.json" : path)
     {}
     std::filesystem::path folder, meta;
 

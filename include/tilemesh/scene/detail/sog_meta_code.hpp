@@ -125,7 +125,8 @@ TILEMESH_HOST void SogMetaReader::read_numbers(std::vector<double>& out, JsonPar
 TILEMESH_HOST void SogMetaReader::check(SogMeta const& meta) const
 {
     auto const has = [&](SogPart const& part, char const* name, std::size_t files) {
-        if (part.files.size() != files) refuse(std::string(name) + ".files names " + std::to_string(part.files.size()) + " files, not " + std::to_string(files));
+        if (part.files.size() != files)
+            refuse(std::string(name) + ".files names " + std::to_string(part.files.size()) + " files, not " + std::to_string(files));
         for (auto const& file : part.files)
             if (file.empty() || file.front() == '.' || file.find_first_of("/\\") != file.npos || file.find('\0') != file.npos)
                 refuse(std::string(name) + ".files: the file name " + in_quotes(file) + " leaves the map's folder");

@@ -148,7 +148,8 @@ inline void decompress_spz_v4(SpzHeader const& header, ByteView in, Codecs const
     auto const refuse = [&](std::string const& why) { throw Error(file + " cannot be read (" + why + "); copy or export the map again"); };
     auto const row_bytes = header.row_bytes();
     // An attribute without bytes has no stream.
-    auto const streams = static_cast<std::uint32_t>(std::count_if(row_bytes.begin(), row_bytes.end(), [&](std::uint32_t n) { return n != 0 && header.rows != 0; }));
+    auto const streams =
+        static_cast<std::uint32_t>(std::count_if(row_bytes.begin(), row_bytes.end(), [&](std::uint32_t n) { return n != 0 && header.rows != 0; }));
     if (header.streams != streams)
         refuse("it has " + std::to_string(header.streams) + " streams, and its Gaussians need " + std::to_string(streams));
     std::size_t const table = header.table_at;
@@ -230,7 +231,8 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
     map.path = name;
     map.sh_degree = std::min(header.degree, 3u);
     map.notes.push_back("read as SPZ version " + std::to_string(header.version) + " of degree " + std::to_string(header.degree) +
-                        (header.degree > 3 ? ", up to degree 3" : "") + "; y and z changed sign: an SPZ has y up and z back, a PLY y down and z forward");
+                        (header.degree > 3 ? ", up to degree 3" : "") +
+                        "; y and z changed sign: an SPZ has y up and z back, a PLY y down and z forward");
     if ((header.flags & 1u) != 0) map.notes.push_back(antialiased_note);
     if ((header.flags & 2u) != 0) map.notes.push_back("extensions skipped");
     else if (more) map.notes.push_back("bytes after the last row skipped");

@@ -54,9 +54,6 @@ bool parse_number(std::string_view word, T& value)
 /// decimal point once the exponent has moved the point.
 TILEMESH_HOST bool is_tiny(std::string_view number);
 
-/// The shortest text that reads back as this number.
-TILEMESH_HOST std::string text_of(double value);
-
 /// Opens a regular file. It does not open files that may block or never end (a pipe, a device). Throws `Error` if the file cannot be
 /// opened, or if it is longer than `most_bytes`; `wanted` says what the user should name instead.
 TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes,

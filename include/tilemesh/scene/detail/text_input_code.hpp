@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstddef>
@@ -13,7 +12,6 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <utility>
 
@@ -88,13 +86,6 @@ TILEMESH_HOST bool is_tiny(std::string_view number)
     auto const [end, error] = std::from_chars(written.data(), written.data() + written.size(), exponent);
     if (error == std::errc::result_out_of_range) return written.starts_with('-');
     return exponent < -place;
-}
-
-TILEMESH_HOST std::string text_of(double value)
-{
-    std::array<char, 32> text{}; // 24 characters at most: "-1.7976931348623157e+308"
-    auto const [end, error] = write_number(text.data(), text.data() + text.size(), value);
-    return {text.data(), end};
 }
 
 TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes, std::string const& wanted)

@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -247,7 +248,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
         trajectory.reader_notes.push_back("rows left out because a number is not finite: " + std::to_string(trajectory.left_out) + " (" + named +
                                           (trajectory.left_out > 5 ? " and more)" : ")"));
     if (trajectory.empty() && rows.empty())
-        throw Error(name + " holds no pose (every line is blank, a comment, or has a number that is not finite); name a " + (only_tum ? "TUM " : "") + "trajectory file");
+        throw Error(name + " holds no pose (every line is blank, a comment, or has a number that is not finite); name a " +
+                    (only_tum ? "TUM " : "") + "trajectory file");
     if (rows.empty()) return trajectory;
 
     constexpr double least_nanoseconds = 1e14;
@@ -274,7 +276,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
             reason = "because the camera moves steadily only so";
         }
         if (!decided)
-            throw Error(name + " does not say whether the w of its quaternions is last, as in TUM, or first, as in EuRoC (it has no header, and stamps "
+            throw Error(name + " does not say whether the w of its quaternions is last, as in TUM, or first, as in EuRoC (it has no header, "
+                        "and stamps "
                                "and motion fit both); add a header, or name the form with --trajectory-format tum or euroc");
         trajectory.format = w_first ? TrajectoryFormat::euroc : TrajectoryFormat::tum;
     }
@@ -336,8 +339,9 @@ TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses)
         auto const q = quaternion_of(glm::transpose(pose.rotation));
         for (double const value : {seconds, pose.position.x, pose.position.y, pose.position.z, q[1], q[2], q[3], q[0]}) {
             if (!(std::fabs(value) <= detail::largest_number))
-                throw Error("a trajectory cannot be written (the pose at " + detail::text_of(seconds) + " s has a number that is not finite, or above 1e37); write finite poses");
-            text += detail::text_of(value);
+                throw Error("a trajectory cannot be written (the pose at " + number_text(seconds) +
+                            " s has a number that is not finite, or above 1e37); write finite poses");
+            text += number_text(value);
             text += ' ';
         }
         text.back() = '\n';
@@ -351,7 +355,7 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
     if (trajectory.format == TrajectoryFormat::euroc)
         notes.push_back("poses of EuRoC are taken as a camera's; the data set's own ground truth has the poses of the IMU");
     auto const seconds = [&](std::size_t i) { return trajectory[i].seconds; };
-    auto const at = [&](std::size_t i) { return "pose " + std::to_string(i + 1) + " at " + detail::text_of(seconds(i)); };
+    auto const at = [&](std::size_t i) { return "pose " + std::to_string(i + 1) + " at " + number_text(seconds(i)); };
 
     std::size_t back = 0, first_back = 0;
     std::vector<double> steps;
@@ -362,7 +366,7 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
     }
     if (back > 0)
         notes.push_back("stamps that go back in time: " + std::to_string(back) + ", the first is " + at(first_back) +
-                        " after " + detail::text_of(seconds(first_back - 1)));
+                        " after " + number_text(seconds(first_back - 1)));
 
     std::vector<double> sorted;
     for (auto const& stamped : trajectory) sorted.push_back(stamped.seconds);
@@ -382,9 +386,9 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
             if (gaps++ == 0 || step > seconds(longest) - seconds(longest - 1)) longest = i;
         }
         if (gaps > 0)
-            notes.push_back("gaps above 5 times the median step of " + detail::text_of(median) +
+            notes.push_back("gaps above 5 times the median step of " + number_text(median) +
                             " s: " + std::to_string(gaps) + ", the longest lasts " +
-                            detail::text_of(seconds(longest) - seconds(longest - 1)) + " s, before " + at(longest));
+                            number_text(seconds(longest) - seconds(longest - 1)) + " s, before " + at(longest));
     }
     if (trajectory.far_from_unit > 0)
         notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " +

@@ -43,7 +43,8 @@ TILEMESH_HOST auto Zip::read(std::string const& name) const -> Bytes
         if (found == name) return extract(at, name);
         at += 46 + skipped;
     }
-    throw Error(file_ + " has no " + in_quotes(name) + " (an SOG map has meta.json and the pictures that it names); name an SOG map, or unpack the archive");
+    throw Error(file_ + " has no " + in_quotes(name) +
+                " (an SOG map has meta.json and the pictures that it names); name an SOG map, or unpack the archive");
 }
 
 TILEMESH_HOST void Zip::refuse(std::string const& why) const

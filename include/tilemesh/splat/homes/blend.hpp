@@ -99,8 +99,9 @@ struct BlendStrips {
 /// width of a strip, so that a worker writes only its own strips. With one worker, a stopped strip may be blended beside one that goes on; it
 /// changes no bit.
 template <class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, class Kept, class SplatAt>
-[[gnu::noinline]] void blend_kept_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
-                   std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers, Work& work) noexcept
+[[gnu::noinline]] void blend_kept_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules,
+                                         std::uint32_t finished, std::uint32_t n, SplatAt const& at, Worker worker, std::uint32_t workers,
+                                         Work& work) noexcept
 {
     struct Open {
         BlockPlace at;
@@ -142,7 +143,8 @@ template <class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t Group, 
                     if (part > count - done) part = count - done;
                     set.template call<BlendStrips<Stop>>(*b.kept, chunk, hits + done, part, b.at, b.going, rules, limits, contributing);
                     for (std::uint32_t s = 0; s < strips_a_block; ++s)
-                        if ((b.going >> s & 1u) != 0) work.evaluated[(b.number * strips_a_block + s) % workers] += part * (strip_width * block_height / pairs_a_count);
+                        if ((b.going >> s & 1u) != 0)
+                            work.evaluated[(b.number * strips_a_block + s) % workers] += part * (strip_width * block_height / pairs_a_count);
                     done += part;
                     b.blended += part;
                     if (b.blended % blended_between_looks == 0) {
@@ -241,7 +243,8 @@ CellWindow open_cells(AnyCell* cells, std::uint32_t columns, std::uint32_t first
 }
 /// Gives a block the pixels of a part of it, and counts its pairs.
 template <class AnyCell, class Kept>
-void close_cells(AnyCell const* cells, std::uint32_t count, Kept& kept, BlockAt const& block, std::uint32_t strips, std::uint32_t workers, Work& work) noexcept
+void close_cells(AnyCell const* cells, std::uint32_t count, Kept& kept, BlockAt const& block, std::uint32_t strips, std::uint32_t workers,
+                 Work& work) noexcept
 {
     for (std::uint32_t k = 0; k < count; ++k) {
         auto const& cell = cells[k];
@@ -273,8 +276,8 @@ template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class Spl
 }
 /// The same for a host thread: block by block, each with the splats that may reach it.
 template <class Rule, std::uint32_t N, std::uint32_t Size, class Kept, class SplatAt>
-[[gnu::noinline]] void blend_listed_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules, std::uint32_t finished,
-                                           std::uint32_t n, SplatAt const& at, std::uint32_t workers, Work& work) noexcept
+[[gnu::noinline]] void blend_listed_blocks(Kept* blocks, Fold const& fold, TileId tile, Camera const& camera, Rules const& rules,
+                                           std::uint32_t finished, std::uint32_t n, SplatAt const& at, std::uint32_t workers, Work& work) noexcept
 {
     typename Rule::Denormals const denormals;
     constexpr std::uint32_t cells_a_block = cells_across * bands_a_block, all_strips = (1u << strips_a_block) - 1;
@@ -460,7 +463,8 @@ struct Merge {
         for (std::uint32_t i = 0; i < n; ++i) {
             std::uint32_t nearest = 0, nearest_depth = depth[0], nearest_id = id[0];
             for (std::uint32_t r = 1; r < most_runs; ++r) { // no branch: a predictor could not know the run
-                std::uint32_t const less = (depth[r] < nearest_depth ? 1u : 0u) | ((depth[r] == nearest_depth ? 1u : 0u) & (id[r] < nearest_id ? 1u : 0u));
+                std::uint32_t const less =
+                    (depth[r] < nearest_depth ? 1u : 0u) | ((depth[r] == nearest_depth ? 1u : 0u) & (id[r] < nearest_id ? 1u : 0u));
                 nearest = less != 0 ? r : nearest;
                 nearest_depth = less != 0 ? depth[r] : nearest_depth;
                 nearest_id = less != 0 ? id[r] : nearest_id;

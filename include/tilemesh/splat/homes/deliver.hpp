@@ -391,7 +391,8 @@ struct Deliver {
                     Table const& table, Window& window, Held<P>& held, Keys& keys, Sample& sample, Waiting<P, 0>& waiting0,
                     Waiting<P, 1>& waiting1, Sending& sending, Counts& counts, In<Parcels<P>> in, Out<Parcels<P>> out) const noexcept
     {
-        bool const mail = !in[Direction::north].empty() || !in[Direction::south].empty() || !in[Direction::west].empty() || !in[Direction::east].empty();
+        bool const mail = !in[Direction::north].empty() || !in[Direction::south].empty() || !in[Direction::west].empty() ||
+                          !in[Direction::east].empty();
         bool const own = sending.record[0] < offers.size() || sending.record[1] < offers.size() || sending.record[own_column] < offers.size();
         if (!mail && !own && waiting0.empty() && waiting1.empty() && sending.sent[0] == 0 && sending.sent[1] == 0) return Vote::quiet;
 
@@ -518,7 +519,7 @@ private:
         {
             Way const& w = way[index(d)];
             if (w.n < w.limit) return true;
-            ++(w.short_of_credit ? counts.no_credit : counts.channel_full);
+            ++counts.refusals(w.short_of_credit);
             return false;
         }
         TILEMESH_KERNEL void send(Message const& m, Direction d, std::uint32_t to) noexcept
@@ -595,7 +596,7 @@ private:
             }
             Way& ahead = way[index(d)];
             for (; next < n && ahead.n < ahead.limit; ++next) send(waiting[next], d, waiting[next].to);
-            (ahead.short_of_credit ? counts.no_credit : counts.channel_full) += n - next;
+            counts.refusals(ahead.short_of_credit) += n - next;
             if (next != kept) __builtin_memmove(waiting.begin() + kept, waiting.begin() + next, (n - next) * sizeof(Message));
             waiting.truncate(kept + (n - next));
             turning = kept;
@@ -660,7 +661,8 @@ private:
             if (offer.parts == 0) continue;
             if (offer.parts == 1) {
                 auto const c0 = static_cast<std::int32_t>(first) - static_cast<std::int32_t>(offer.first.x());
-                std::uint32_t const to = way == 0   ? detail::columns_before(offer.to, static_cast<std::int32_t>(x) - static_cast<std::int32_t>(offer.first.x()))
+                std::uint32_t const to = way == 0   ? detail::columns_before(offer.to, static_cast<std::int32_t>(x) -
+                                                                                           static_cast<std::int32_t>(offer.first.x()))
                                          : way == 1 ? detail::columns_after(offer.to, c0 - 1)
                                                     : detail::columns_after(offer.to, c0 - 1) & ~detail::columns_after(offer.to, c0);
                 if (to == 0) continue;

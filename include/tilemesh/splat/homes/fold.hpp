@@ -96,7 +96,10 @@ public:
     std::uint32_t tile(Cursor c) const noexcept { return at_[c].tile; }
     std::uint32_t number(Cursor c) const noexcept { return at_[c].number; }
     std::uint32_t block(std::uint32_t t, std::uint32_t k) const noexcept { return axis_.block(t, k); }
-    Axis::Range tiles_of(std::uint32_t i, std::uint32_t j) const noexcept { return axis_.between(at_[i].tile, at_[j].tile, at_[i].layer, at_[j].layer); }
+    Axis::Range tiles_of(std::uint32_t i, std::uint32_t j) const noexcept
+    {
+        return axis_.between(at_[i].tile, at_[j].tile, at_[i].layer, at_[j].layer);
+    }
 
     std::uint32_t tiles, layers;
 

@@ -3,6 +3,7 @@
 #include <tilemesh/machine/kernel.hpp>
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending_block.hpp>
+#include <tilemesh/splat/homes/counts.hpp>
 #include <tilemesh/splat/homes/fold.hpp>
 #include <tilemesh/splat/regions.hpp>
 
@@ -14,22 +15,16 @@
 /// square of tiles that share an entry of the table of windows; on Mk2 it is one tile.
 namespace tilemesh { inline namespace v0_2 { namespace splat::homes {
 
-/// The capacities of the program's lists on one tile, in slots.
-struct Sizes {
-    std::uint32_t homes = 0;         ///< records that live on the tile
-    std::uint32_t held = 0;          ///< splats of a window that the tile keeps; at least 1
-    std::uint32_t parcels = 0;       ///< splats in one channel end (one direction); at least 1
-    std::uint32_t waiting = 0;       ///< splats in each of the two FIFOs; at least 1
-    std::uint32_t tile_blocks = 0;   ///< blocks of 16 x 5 pixels
-    std::uint32_t tile_pixels = 0;   ///< 80 for each block
-    std::uint32_t columns = 0, tiles = 0; ///< districts in a row of the grid, and of the grid: every tile keeps a table of all of them
-
-    friend constexpr bool operator==(Sizes const& a, Sizes const& b) noexcept
-    {
-        return a.homes == b.homes && a.held == b.held && a.parcels == b.parcels && a.waiting == b.waiting &&
-               a.tile_blocks == b.tile_blocks && a.tile_pixels == b.tile_pixels && a.columns == b.columns && a.tiles == b.tiles;
-    }
-};
+/// The sizes of the program from the number of its homes on a tile, held splats, splats in a channel end, and splats in a FIFO.
+constexpr Sizes homes_sizes(std::uint32_t homes, std::uint32_t held, std::uint32_t parcels, std::uint32_t waiting) noexcept
+{
+    Sizes sizes;
+    sizes.homes = homes;
+    sizes.storage = held;
+    sizes.road = parcels;
+    sizes.waiting = waiting;
+    return sizes;
+}
 
 /// The parameters that the host sends to every tile at the start of a frame.
 struct Parameters {
@@ -138,7 +133,7 @@ struct WindowNotices : Channel<WindowNotice> {
 template <class P>
 struct Parcels : Channel<Parcel<typename P::Projected>> {
     static constexpr char const* name = "parcels";
-    static constexpr auto slots = &Sizes::parcels;
+    static constexpr auto slots = &Sizes::road;
     static constexpr std::uint32_t least_slots = 1; ///< nothing goes through a channel without a slot
 };
 
@@ -148,6 +143,7 @@ template <class P>
 struct Home : Buffer<typename P::Record> {
     static constexpr char const* name = "homes";
     static constexpr auto slots = &Sizes::homes;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return record_bytes(s); }
 };
 /// The records of this home, projected into this frame's view.
 template <class P>
@@ -171,27 +167,28 @@ struct Offers : Buffer<Offered> {
 template <class P>
 struct Held : Buffer<typename P::Projected> {
     static constexpr char const* name = "held splats";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
     static constexpr std::uint32_t least_slots = 1; ///< a tile that keeps nothing never goes on
 };
 struct Keys : Buffer<SortKey> {
     static constexpr char const* name = "sort keys";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
 };
 /// The numbers of the keys, in depth order.
 struct Order : Buffer<std::uint32_t> {
     static constexpr char const* name = "depth order";
-    static constexpr auto slots = &Sizes::held;
+    static constexpr auto slots = &Sizes::storage;
 };
+/// The words of a block without and with depth.
+using NarrowBlock = splat::detail::BlockFields;
+using WideBlock = splat::detail::DepthBlockFields;
 /// The colour and transmittance of the tile's blocks, kept from round to round; with a depth plane also their depth.
 template <class Fields>
 struct Blocks : Buffer<Fields> {
     static constexpr char const* name = "blocks";
     static constexpr auto slots = &Sizes::tile_blocks;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return s.depth ? sizeof(WideBlock) : sizeof(NarrowBlock); }
 };
-/// The words of a block without and with depth.
-using NarrowBlock = splat::detail::BlockFields;
-using WideBlock = splat::detail::DepthBlockFields;
 namespace detail {
 template <class Pixel>
 using FieldsOf = std::conditional_t<machine::is_either<Pixel>, machine::Either<WideBlock, NarrowBlock>,
@@ -204,6 +201,7 @@ template <class Pixel>
 struct Framebuffer : Buffer<Pixel> {
     static constexpr char const* name = "framebuffer";
     static constexpr auto slots = &Sizes::tile_pixels;
+    static constexpr std::uint32_t item_bytes(Setup const& s) noexcept { return pixel_bytes(s); }
 };
 /// The windows of all tiles with blocks, or of all districts, row by row.
 struct Table : Buffer<WindowNotice> {
@@ -257,34 +255,7 @@ struct Sending {
     std::uint32_t turning[2]; ///< in each FIFO, the first so many parcels named tiles of this column when they came; the others go straight on
 };
 
-/// The counters of a tile in a frame. They are exact on every engine.
-struct Counts {
-    static constexpr char const* name = "counters";
-    std::uint32_t visible;      ///< records of this home with something on screen
-    std::uint32_t sent;         ///< parcels that this home gave to channels
-    std::uint32_t hops;         ///< parcels given to channels, also those of other homes
-    std::uint32_t asked;        ///< tiles that the parcels of this home name
-    std::uint32_t arrived;      ///< parcels that named this tile; the sum over all tiles is that of `asked`
-    std::uint32_t early;        ///< of these, before the window: the table has depths, not whole keys; or outside it, but in the district's
-    std::uint32_t refused;      ///< of these, no room: they come again in a later round
-    std::uint32_t channel_full; ///< waits for a slot of a channel
-    std::uint32_t no_credit;    ///< waits for a slot of the FIFO behind a channel
-    std::uint32_t rounds;       ///< in which the tile was not done
-    // For a cost model, in the last pass of Deliver.
-    std::uint32_t left, passed, settled, turned_away, compared, scanned;
-};
-static_assert(sizeof(Counts) <= 64);
-
-/// The Gaussian-pixel pairs of each worker. Workers share a block in strips of 2 columns: 10 pixels of a block, 8 of a cell.
-struct Work {
-    static constexpr char const* name = "pair counters";
-    static constexpr std::uint32_t max_workers = 6;
-    std::uint32_t evaluated[max_workers];    ///< in units of pairs_a_count
-    std::uint32_t contributing[max_workers]; ///< pairs
-    std::uint32_t before[max_workers];       ///< `evaluated` before the last pass
-};
 inline constexpr std::uint32_t strip_width = 2;
-inline constexpr std::uint32_t pairs_a_count = 2; ///< strips of blocks and of cells are whole units
 
 /// The levels of a heap of n keys.
 TILEMESH_KERNEL std::uint32_t heap_levels(std::uint32_t n) noexcept

@@ -123,13 +123,19 @@ template <std::uint32_t N>
 struct LoadField {
     MovingRow const& row;
     std::uint32_t column;
-    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N>& v) const noexcept { v = splat::detail::load<N>(row.field[i] + column); }
+    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N>& v) const noexcept
+    {
+        v = splat::detail::load<N>(row.field[i] + column);
+    }
 };
 template <std::uint32_t N>
 struct StoreField {
     MovingRow& row;
     std::uint32_t column;
-    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N> const& v) const noexcept { splat::detail::store(row.field[i] + column, v); }
+    TILEMESH_KERNEL void operator()(std::uint32_t i, splat::detail::Floats<N> const& v) const noexcept
+    {
+        splat::detail::store(row.field[i] + column, v);
+    }
 };
 /// Loads N columns of a row.
 template <std::uint32_t N>
@@ -229,8 +235,10 @@ TILEMESH_KERNEL void blend_motions(MovingRow& row, std::uint32_t column, MovingC
         std::uint32_t const i = pairs.splat[h];
         Floats<N> const dx = pairs.dx[h], off = pairs.off[h];
         PairOffsets<A> const at{dx, off, dx * dx, dx * off, off * off};
-        MovingPaint<A> const paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, broadcast<N>(c.depth[i]), Floats<N>{}, Floats<N>{}};
-        (blend_column<J, Depth, A>(p, pairs.t[h], pairs.alpha[h], pairs.moves[h], at, paint, MotionIn<A, Size>{c, i}(std::integral_constant<std::uint32_t, J>{})), ...);
+        MovingPaint<A> const paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, broadcast<N>(c.depth[i]), Floats<N>{},
+                                   Floats<N>{}};
+        (blend_column<J, Depth, A>(p, pairs.t[h], pairs.alpha[h], pairs.moves[h], at, paint,
+                                   MotionIn<A, Size>{c, i}(std::integral_constant<std::uint32_t, J>{})), ...);
     }
     (each_field_of(J, p, Depth, StoreField<N>{row, column}), ...);
 }
@@ -294,7 +302,8 @@ struct BlendMovingRow {
                     }
                     if (!A::any(takes_part)) continue;
                     counted = takes_part ? counted + 1 : counted;
-                    MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{}, Floats<N>{}};
+                    MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{},
+                                         Floats<N>{}};
                     if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
                     alpha = A::select(takes_part, alpha, Floats<N>{});
                     std::uint32_t const at_pair = pairs.count++;

@@ -59,7 +59,8 @@ TILEMESH_KERNEL EdgeCell edge_of(CellPixel const& c) noexcept
 /// The mean of the pixels [x0, x0 + cell) by [y0, y0 + cell) of a tile's rectangle. Depths are weighted by the share that is covered; the
 /// target's depth is the mean of those that are known, if they are more than half.
 template <class Pixel>
-CellPixel mean_cell(Pixel const* pixels, TargetPixel const* target, PixelRect const& tile, std::uint32_t x0, std::uint32_t y0, std::uint32_t cell) noexcept
+CellPixel mean_cell(Pixel const* pixels, TargetPixel const* target, PixelRect const& tile, std::uint32_t x0, std::uint32_t y0,
+                    std::uint32_t cell) noexcept
 {
     std::uint32_t const width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
     CellPixel c{};
@@ -122,7 +123,8 @@ struct Neighbourhood {
 /// The rows of a Neighbourhood in row `row` of the tile's cells, which is row `y` of the frame's.
 struct MakeGradientRows {
     template <class Set>
-    TILEMESH_KERNEL static void run(Neighbourhood const& from, std::uint32_t row, float y, Camera const& camera, Tracking const& t, CellRows& rows) noexcept
+    TILEMESH_KERNEL static void run(Neighbourhood const& from, std::uint32_t row, float y, Camera const& camera, Tracking const& t,
+                                    CellRows& rows) noexcept
     {
         using namespace splat::detail;
         CellLine const &above = from.line(row, 0), &own = from.line(row, 1), &below = from.line(row, 2);
@@ -137,7 +139,8 @@ struct MakeGradientRows {
             Floats<N> const depth = load<N>(own.depth + column + 1), per_z = one / depth;
             Floats<N> const sx = (load<N>(from.x + column) + 0.5f - camera.cx * per_cell) / fx;
             Floats<N> const sy = broadcast<N>(y + 0.5f - camera.cy * per_cell) / fy;
-            Floats<N> const du[motions] = {fx * per_z, zero, -(fx * sx * per_z), -(fx * sx * sy), fx * multiply_add_lanes<N>(sx, sx, one), -(fx * sy)};
+            Floats<N> const du[motions] =
+                {fx * per_z, zero, -(fx * sx * per_z), -(fx * sx * sy), fx * multiply_add_lanes<N>(sx, sx, one), -(fx * sy)};
             Floats<N> const dv[motions] = {zero, fy * per_z, -(fy * sy * per_z), -(fy * multiply_add_lanes<N>(sy, sy, one)), fy * sx * sy, fy * sx};
             Words<N> counts = (load<N>(own.weight + column + 1) > least_coverage) & (depth > 0.0f);
             Floats<N> residual[3], gained[3], motion[3][motions];
@@ -190,8 +193,8 @@ namespace kernel {
 template <class S>
 struct SendCells {
     static constexpr char const* name = "send cells";
-    void operator()(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Framebuffer<S> const& framebuffer, Target<S> const& target,
-                    Cells<S>& cells, Out<Ring> out) const noexcept
+    void operator()(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Framebuffer<S> const& framebuffer,
+                    Target<S> const& target, Cells<S>& cells, Out<Ring> out) const noexcept
     {
         auto const tile = pixels_of(frame->tiling, frame->view.camera, here.tile);
         cells.truncate(0);
@@ -199,7 +202,8 @@ struct SendCells {
         detail::CellGrid const grid(tile, tracking->cell);
         for (std::uint32_t y = 0; y < grid.height; ++y)
             for (std::uint32_t x = 0; x < grid.width; ++x)
-                cells.unchecked_push(detail::mean_cell(framebuffer.begin(), target.begin(), tile, x * tracking->cell, y * tracking->cell, tracking->cell));
+                cells.unchecked_push(detail::mean_cell(framebuffer.begin(), target.begin(), tile, x * tracking->cell, y * tracking->cell,
+                                                       tracking->cell));
         for (std::uint32_t x = 0; x < grid.width; ++x) {
             out[Direction::north].push(detail::edge_of(cells[x]));
             out[Direction::south].push(detail::edge_of(cells[(grid.height - 1) * grid.width + x]));
@@ -222,8 +226,8 @@ struct AddGradients {
     static constexpr char const* name = "add gradients";
     static constexpr bool has_region = !has_host_stack<typename S::Parameters>;
 
-    void operator()(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Cells<S> const& cells, [[maybe_unused]] OnlyIf<has_region, Workspaces&> workspaces,
-                    TileTotals& totals, In<Ring> in) const noexcept
+    void operator()(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Cells<S> const& cells,
+                    [[maybe_unused]] OnlyIf<has_region, Workspaces&> workspaces, TileTotals& totals, In<Ring> in) const noexcept
     {
         if constexpr (has_region) {
             add(here, *frame, *tracking, cells, workspaces.of[0].made, workspaces.of[0].sums, totals, in);
@@ -244,8 +248,8 @@ struct AddGradients {
     }
 
 private:
-    static void add(Here const& here, typename S::Parameters const& frame, Tracking const& tracking, Cells<S> const& cells, CellRows& rows, LaneSums& sums,
-                    TileTotals& totals, In<Ring> const& in) noexcept
+    static void add(Here const& here, typename S::Parameters const& frame, Tracking const& tracking, Cells<S> const& cells, CellRows& rows,
+                    LaneSums& sums, TileTotals& totals, In<Ring> const& in) noexcept
     {
         auto const tile = pixels_of(frame.tiling, frame.view.camera, here.tile);
         for (auto& one : totals.of) one = {};
@@ -268,7 +272,8 @@ private:
                 if (inside && x < grid.width) line.set(i, cells[y * grid.width + x]);
                 else if (inside) line.set(i, i == 0 ? ring(Direction::west, y) : x == grid.width ? ring(Direction::east, y) : none);
                 else line.set(i, x < grid.width ? ring(y == grid.height ? Direction::south : Direction::north, x) : none);
-                if (tracking.one_in > 1 && inside && x < grid.width && !is_chosen(tracking, tile.x0 + x * cell, tile.y0 + y * cell)) line.weight[i] = 0;
+                if (tracking.one_in > 1 && inside && x < grid.width && !is_chosen(tracking, tile.x0 + x * cell, tile.y0 + y * cell))
+                    line.weight[i] = 0;
             }
         };
         for (std::uint32_t x0 = 0; x0 < grid.width; x0 += block_width) {

@@ -28,7 +28,8 @@ constexpr std::uint32_t rows_of(std::uint32_t cells, Tracking const& t) noexcept
 /// The operations of forward mode on a tile of `n` splats, if all workers wait for the one with the most. A worker computes the motions of
 /// all splats again for each of its rows of 16 pixels that is evaluated; this counts as if no row of pixels became opaque. Pairs that were
 /// evaluated in vain are not counted.
-inline Operations forward_operations(PixelRect const& tile, Tracking const& t, std::uint32_t n, std::uint32_t const* contributing, std::uint32_t workers) noexcept
+inline Operations forward_operations(PixelRect const& tile, Tracking const& t, std::uint32_t n, std::uint32_t const* contributing,
+                                     std::uint32_t workers) noexcept
 {
     Operations o;
     if (tile.empty()) return o;

@@ -61,8 +61,8 @@ struct CompositeWithPose {
     static constexpr bool has_region = !has_host_stack<typename S::Parameters>;
 
     void operator()(Here here, Broadcast<typename S::Parameters> frame, Broadcast<Tracking> tracking, Splats<S> const& splats,
-                    Order<S> const& order, Target<S> const& target, [[maybe_unused]] OnlyIf<has_region, Workspaces&> workspaces, TileTotals& totals, Work& work,
-                    Worker worker) const noexcept
+                    Order<S> const& order, Target<S> const& target, [[maybe_unused]] OnlyIf<has_region, Workspaces&> workspaces, TileTotals& totals,
+                    Work& work, Worker worker) const noexcept
     {
         if constexpr (has_region) {
             share(here, *frame, *tracking, splats, order, target, workspaces.of[worker.index], totals, work, worker);
@@ -90,9 +90,10 @@ struct CompositeWithPose {
             for (std::uint32_t w = 0; w < worker.count; ++w) totals.of[w] = {}, work.contributing[w] = 0;
             Workspace<8, block_height> workspace;
             evaluate_tile<splat::detail::lanes_in_use, 64>(
-                tile, frame->view, *tracking, order.size(), [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); },
-                [&](std::uint32_t i) noexcept -> Terms const& { return AccessOf<S>::terms_of(*frame, splats[order[i].slot]); }, target.begin(), workspace,
-                WorkerSums{totals.of, work.contributing, worker.count}, Worker{0, 1});
+                tile, frame->view, *tracking, order.size(),
+                [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(*frame, splats[order[i].slot]); },
+                [&](std::uint32_t i) noexcept -> Terms const& { return AccessOf<S>::terms_of(*frame, splats[order[i].slot]); }, target.begin(),
+                workspace, WorkerSums{totals.of, work.contributing, worker.count}, Worker{0, 1});
             for (std::uint32_t w = 0; w < worker.count; ++w) work.evaluated[w] = evaluated_of(work.contributing[w]);
         }
     };
@@ -112,7 +113,8 @@ private:
         totals.of[worker.index] = {};
         work.contributing[worker.index] = 0;
         evaluate_tile<splat::detail::native_lanes, 16>(
-            tile, frame.view, tracking, order.size(), [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(frame, splats[order[i].slot]); },
+            tile, frame.view, tracking, order.size(),
+            [&](std::uint32_t i) noexcept -> Splat const& { return AccessOf<S>::splat_of(frame, splats[order[i].slot]); },
             [&](std::uint32_t i) noexcept -> Terms const& { return AccessOf<S>::terms_of(frame, splats[order[i].slot]); }, target.begin(), memory,
             WorkerSums{totals.of + worker.index, work.contributing + worker.index, 1}, worker);
         work.evaluated[worker.index] = evaluated_of(work.contributing[worker.index]);
@@ -138,15 +140,18 @@ using PoseFrame =
 template <class S>
 constexpr Sizes sizes_on(MachineSize const& machine, std::uint32_t tile_pixels, std::uint32_t degree = S::Record::sh_degree) noexcept
 {
-    constexpr std::uint32_t lists = sizeof(MarkOf<PoliciesOf<S>>) + sizeof(typename S::Projected) + sizeof(SortKey);
-    std::uint32_t const more = 12 * (harmonics_per_channel(degree) - harmonics_per_channel(S::Record::sh_degree));
-    Sizes sizes = S::sizes;
-    sizes.tile_pixels = tile_pixels;
-    sizes.storage = 0;
-    auto const used = SramLedger<PoseFrame<S>>::bytes(machine, sizes);
-    FrameWords const plain{sizeof(typename S::Record), wire_bytes<RoadMessage<PoliciesOf<S>>>, wire_bytes<BeamMessage<PoliciesOf<S>>>, 0, lists};
-    sizes = refitted(sizes, plain, {plain.record + more, plain.road_message + more, plain.beam_message + more, 0, lists});
-    sizes.storage = slots_in(used < machine.sram_bytes ? machine.sram_bytes - used : 0, plain.record + more + lists);
+    auto const bytes = [&](Setup setup, std::uint32_t storage) {
+        setup.sizes.storage = storage;
+        return SramLedger<PoseFrame<S>>::bytes(machine, setup);
+    };
+    Setup setup = setup_of<S>();
+    setup.sizes.tile_pixels = tile_pixels;
+    auto const used = bytes(setup, 0);
+    Setup shaded = setup;
+    shaded.sh_degree = degree;
+    auto sizes = refitted(shaded, setup).sizes;
+    sizes.storage = slots_in(used < machine.sram_bytes ? machine.sram_bytes - used : 0,
+                             static_cast<std::uint32_t>(bytes(shaded, 1) - bytes(shaded, 0)));
     return sizes;
 }
 

@@ -74,7 +74,8 @@ void begin_part(OpenPart& part, MovingRow (&rows)[Rows], std::uint32_t column, s
     for (std::uint32_t k = 0; k < Rows; ++k) {
         rows[k] = {};
         for (std::uint32_t i = 0; i < block_width; ++i) // dead lanes are below every limit
-            rows[k].field[0][i] = y0 + k >= part.live.y0 && y0 + k < part.live.y1 && column + i >= part.live.x0 && column + i < part.live.x1 ? 1.0f : -1.0f;
+            rows[k].field[0][i] = y0 + k >= part.live.y0 && y0 + k < part.live.y1 && column + i >= part.live.x0 && column + i < part.live.x1 ? 1.0f
+                                                                                                                                     : -1.0f;
     }
 }
 template <std::uint32_t Rows>
@@ -88,7 +89,8 @@ bool all_stopped(MovingRow const (&rows)[Rows], float transmittance_min) noexcep
 
 template <bool Depth, class Stop, std::uint32_t N, std::uint32_t Group, std::uint32_t Rows, std::uint32_t Size, class SplatAt, class TermsAt>
 void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracking, std::uint32_t n, SplatAt const& at,
-                      TermsAt const& terms_at, TargetPixel const* target, Workspace<Group, Rows>& work, WorkerSums const& shares, Worker worker) noexcept
+                      TermsAt const& terms_at, TargetPixel const* target, Workspace<Group, Rows>& work, WorkerSums const& shares,
+                      Worker worker) noexcept
 {
     using namespace splat::detail;
     static_assert(block_height % Rows == 0, "a part is whole rows, and all parts of a block are alike");
@@ -130,9 +132,11 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
                 auto& part = parts[b];
                 if (part.done) continue;
                 std::uint32_t const count = set.template call<ListHits>(chunk, taken, part.at, &hits[0]);
-                std::uint32_t const first_row = static_cast<std::uint32_t>(part.at.row) + part.first; // rows outside the tile have no pixel that blends
+                // rows outside the tile have no pixel that blends
+                std::uint32_t const first_row = static_cast<std::uint32_t>(part.at.row) + part.first;
                 for (std::uint32_t k = part.live.y0 - first_row; k < part.live.y1 - first_row; ++k)
-                    shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count, part.at, part.first + k, rules);
+                    shares.contributing[part.share] += set.template call<BlendMovingRow<Depth, Stop>>(work.rows[b][k], chunk, &hits[0], count,
+                                                                                                      part.at, part.first + k, rules);
                 if (all_stopped(work.rows[b], rules.transmittance_min)) part.done = true, --going;
             }
         }

@@ -19,7 +19,8 @@ TILEMESH_HOST void check(Spoiling const& s)
 {
     auto const within = [](double value, double most, char const* what) {
         if (!(value >= 0.0 && value <= most))
-            throw Error(std::string("pictures cannot be spoilt by ") + what + " of " + std::to_string(value) + " (it lies between 0 and " + std::to_string(most) + "); choose another");
+            throw Error(std::string("pictures cannot be spoilt by ") + what + " of " + std::to_string(value) + " (it lies between 0 and " +
+                        std::to_string(most) + "); choose another");
     };
     within(s.noise, 1.0, "a noise");
     within(s.depth_noise, 1.0, "a depth error");
@@ -50,7 +51,8 @@ TILEMESH_HOST double random_normal(std::uint64_t seed, std::uint64_t frame, std:
 {
     std::int64_t sum = 0;
     for (std::uint64_t part = 0; part < 3; ++part)
-        for (std::uint64_t bits = random_bits(seed, frame, pixel, 16 * use + part), i = 0; i < 4; ++i, bits >>= 16) sum += static_cast<std::int64_t>(bits & 0xffff);
+        for (std::uint64_t bits = random_bits(seed, frame, pixel, 16 * use + part), i = 0; i < 4; ++i, bits >>= 16)
+            sum += static_cast<std::int64_t>(bits & 0xffff);
     // Each of the twelve has the mean 65,535 / 2 and the variance (65,536^2 - 1) / 12.
     return (static_cast<double>(sum) - 6.0 * 65535.0) / 65536.0;
 }
@@ -74,7 +76,8 @@ TILEMESH_HOST void spoil(report::Image& picture, report::Plane& depth, std::uint
             // 2^-64 of the whole range is one step.
             bool const hole = static_cast<double>(random_bits(s.seed, frame, p, 16 * 4)) * 0x1p-64 < s.depth_holes;
             if (hole || !(z > 0.0f) || !std::isfinite(z)) z = 0.0f;
-            else if (s.depth_noise > 0.0) z = static_cast<float>(std::max(0.0, double{z} * (1.0 + s.depth_noise * random_normal(s.seed, frame, p, 3))));
+            else if (s.depth_noise > 0.0)
+                z = static_cast<float>(std::max(0.0, double{z} * (1.0 + s.depth_noise * random_normal(s.seed, frame, p, 3))));
         }
     };
     unsigned const bands = std::clamp(threads, 1u, std::max(picture.height, 1u));
@@ -99,7 +102,8 @@ TILEMESH_HOST report::Image mean_of(std::span<report::Image const> pictures)
     if (pictures.empty()) throw Error("no pictures have no mean (the list is empty); give at least one");
     report::Image out{pictures[0].width, pictures[0].height};
     for (auto const& picture : pictures)
-        if (picture.width != out.width || picture.height != out.height) throw Error("pictures of different sizes have no mean (the first has another size); render all with one lens");
+        if (picture.width != out.width || picture.height != out.height)
+            throw Error("pictures of different sizes have no mean (the first has another size); render all with one lens");
     for (std::size_t i = 0; i < out.rgb.size(); ++i) {
         double sum = 0.0;
         for (auto const& picture : pictures) sum += double{picture.rgb[i]};

@@ -28,10 +28,13 @@ TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scen
         finite = finite && std::isfinite(start.position[i]);
         for (int j = 0; j < 3; ++j) finite = finite && std::isfinite(start.rotation[i][j]);
     }
-    if (!finite) throw Error("a camera cannot be tracked from here (the pose or the median depth of the map is not finite, or the depth not positive); start where the map is seen");
+    if (!finite)
+        throw Error("a camera cannot be tracked from here (the pose or the median depth of the map is not finite, or the depth not "
+                    "positive); start where the map is seen");
     for (std::uint32_t const cell : {options.coarsest, options.coarsest_wide})
         if (cell == 0 || cell > 64 || (cell & (cell - 1)) != 0)
-            throw Error("cells of " + std::to_string(cell) + " pixels cannot be tracked with (a pyramid halves them down to 1); choose 1, 2, 4, 8, 16, 32 or 64");
+            throw Error("cells of " + std::to_string(cell) +
+                        " pixels cannot be tracked with (a pyramid halves them down to 1); choose 1, 2, 4, 8, 16, 32 or 64");
 }
 
 TILEMESH_HOST Tracker::State Tracker::state() const
@@ -57,7 +60,8 @@ TILEMESH_HOST std::array<scene::Pose, 4> Tracker::other_starts(double steps, boo
 {
     auto const ahead = predicted(before_, last_, steps);
     double const along = 2.0 * steps * glm::length(twist_between(before_, last_).rho);
-    return {predicted(before_, last_, 2.0 * steps), moved(ahead, {{0.0, 0.0, along}, {}}), moved(ahead, {{0.0, 0.0, -along}, {}}), moves ? last_ : ahead};
+    return {predicted(before_, last_, 2.0 * steps), moved(ahead, {{0.0, 0.0, along}, {}}), moved(ahead, {{0.0, 0.0, -along}, {}}), 
+            moves ? last_ : ahead};
 }
 
 TILEMESH_HOST void Tracker::judge(TrackedFrame& frame, double share) const

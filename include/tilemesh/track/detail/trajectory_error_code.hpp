@@ -82,7 +82,8 @@ TILEMESH_HOST TrajectoryErrors trajectory_errors(std::span<scene::Pose const> es
         if (i == 0) continue;
         // The step of camera i - 1, camera to camera: a rotation, and a translation in the axes of camera i - 1.
         auto const step = [i](std::span<scene::Pose const> poses) {
-            return RigidMotion{poses[i - 1].rotation * glm::transpose(poses[i].rotation), poses[i - 1].rotation * (poses[i].position - poses[i - 1].position)};
+            return RigidMotion{poses[i - 1].rotation * glm::transpose(poses[i].rotation),
+                               poses[i - 1].rotation * (poses[i].position - poses[i - 1].position)};
         };
         auto const a = step(estimated), b = step(truth);
         steps.push_back(glm::length(a.translation - b.translation));

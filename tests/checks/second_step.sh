@@ -1,0 +1,68 @@
+#!/bin/sh
+# usage: second_step.sh PROJECT [FOLDER [CMAKE_ARGUMENT...]]
+# What a second counter costs is a change of at most three files: second_step/counter.patch. Without FOLDER, the check only sees that each
+# patch there fits PROJECT and changes so few files. With FOLDER, it changes a copy of PROJECT there, builds the copy, and looks for the new
+# thing in each place where a user meets it. Another step needs a NAME.patch, and a function see_NAME below.
+set -eu
+patches=$(cd "$(dirname "$0")" && pwd)/second_step
+command -v patch >/dev/null || { echo "skipped: there is no program patch" && exit 0; }
+project=$(cd "$1" && pwd)
+fail() {
+    echo "FAILED: $*" >&2
+    exit 1
+}
+for change in "$patches"/*.patch; do
+    files=$(grep -c '^+++ ' "$change")
+    [ "$files" -le 3 ] || fail "$change changes $files files"
+    patch --dry-run --fuzz=0 -s -p1 -d "$project" <"$change" || fail "$change does not fit"
+    echo "$(basename "$change" .patch): $files files, $(grep -c '^+[^+]' "$change") lines"
+done
+[ $# -gt 1 ] || exit 0
+
+folder=$2
+shift 2
+rm -rf "$folder" && mkdir -p "$folder/copy"
+(cd "$project" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$folder/copy"
+for change in "$patches"/*.patch; do patch -s -p1 -d "$folder/copy" <"$change"; done
+cd "$folder/copy"
+build() { # TARGET...; the output only if it fails
+    cmake --build build --target "$@" >build.log 2>&1 || { tail -n 50 build.log >&2 && fail "no $*"; }
+}
+cmake --preset ci -B build "$@" >build.log 2>&1 || { tail -n 20 build.log >&2 && fail "the copy cannot be configured"; }
+build update_schema
+build render_map tilemesh_c check_report_schema
+./build/examples/render_map --size 320x200 --fit off --quiet --out out --report report.json --trace trace >/dev/null
+./build/examples/render_map --size 320x200 --fit off --out out >text
+./build/tests/checks/check_report_schema include/tilemesh/report/report.schema.json report.json >schema.log 2>&1 || true
+
+# The messages of bloom are all messages without those of routing.
+see_counter() {
+    grep -q '"copies_sent": {"description": "Messages of bloom.", "type": "integer", "minimum": 0}' include/tilemesh/report/report.schema.json ||
+        fail "the schema has no counter"
+    ! grep 'report.json: ' schema.log || fail "the schema does not describe the report"
+    grep -q '^exchanged: .* copies sent, ' text || fail "the text has no counter"
+    head -n 1 trace/counters.csv | grep -q ',copies_sent,' || fail "the CSV has no counter"
+    grep -q '>copies_sent<.*>Messages of bloom\.<' trace/report.html || fail "the page of a trace has no counter"
+    cat >see.py <<'TEXT'
+import csv, ctypes, json, sys
+sys.path[:0] = ["examples"]
+import read_report
+def check(what, copies, hops, messages):
+    print(what, copies, hops, messages)
+    assert copies > 1000 and copies == messages - hops
+report = read_report.load_report("report.json")
+check("report.json", *(read_report.column(report, name)[0] for name in ("copies_sent", "hops", "messages")))
+row = next(csv.DictReader(open("trace/counters.csv")))
+check("CSV", *(int(row[name]) for name in ("copies_sent", "hops", "messages")))
+chip = ctypes.CDLL("build/examples/libtilemesh_c.so")
+chip.tilemesh_create.restype = ctypes.c_void_p
+chip.tilemesh_report.restype = ctypes.c_char_p
+handle = ctypes.c_void_p(chip.tilemesh_create())
+ask = lambda what: json.loads(chip.tilemesh_report(handle, what))
+assert chip.tilemesh_render(handle, (ctypes.c_double * 17)(*ask(b"map")["start"]))
+frame = ask(b"run")["frames"][0]
+check("C, from Python", frame["copies_sent"], frame["hops"], frame["messages"])
+TEXT
+    python3 see.py || fail "report.json, the CSV or C has another counter"
+}
+for change in "$patches"/*.patch; do "see_$(basename "$change" .patch)"; done
