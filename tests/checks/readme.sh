@@ -185,7 +185,7 @@ awk '/^## What is promised/ { inside = 1; next } /^## / { inside = 0 } inside' R
 [ "$(wc -l <"$work/promises")" -ge 6 ] || fail "README.md shows tests for $(wc -l <"$work/promises") promises only"
 while IFS= read -r name; do
     case $name in
-    check.*) grep -qE "add_check\(${name#check.} " tests/checks/CMakeLists.txt ;;
+    check.*) grep -qE "add_(check|table)\(${name#check.} " tests/checks/CMakeLists.txt || [ -e "tests/checks/tables/${name#check.}.txt" ] ;;
     *.*) [ -e "tests/${name%%.*}/${name#*.}.cpp" ] ;;
     *) [ -d "tests/$name" ] ;;
     esac || fail "README.md promises something that test $name shows, and there is no such test"

@@ -469,7 +469,7 @@ int main(int argc, char** argv)
             words >> option >> value;
             if (line.starts_with("  --") && (value == "FILE" || value == "DIR")) named.push_back(option);
         }
-        // Scenarios have all of them but --photos and --compare, which render_map_photographs.sh tries.
+        // Scenarios have all of them but --photos and --compare, which tables/render_map_photographs.txt tries.
         if (named != Words{"--cameras", "--trajectory", "--out", "--video", "--photos", "--compare", "--report", "--trace", "--cost-model", "--energy"}) {
             std::cerr << "FAILED: render_map has other options with files than this test knows\n";
             ++failures;

@@ -82,5 +82,4 @@ TILEMESH_HOST void fill(Setup& setup, std::uint32_t splat::Sizes::*list, std::ui
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/render/detail/setup_code.hpp>
-#include <tilemesh/render/homes_layout.hpp>
 #endif

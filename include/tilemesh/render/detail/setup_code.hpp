@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/homes/program.hpp>
 
