@@ -167,7 +167,7 @@ refuses "^--rounds and --program anchored are both given (only the program of ho
 refuses "^--held and --preset paper are both given (" --preset paper --held 100
 refuses "^--held cannot be 5000 (homes on machine mk2 have 1 to [0-9,]* slots a tile for this map and frame); choose 1 to [0-9]*$" $small --held 5000
 refuses "^--channel-slots cannot be 121 (homes on machine mk2 have 1 to 120 slots a channel" $small --program homes --channel-slots 121
-refuses "^--program cannot be \"home\" (there are auto, anchored, homes); choose one of these$" --program home
+refuses "^--program cannot be \"home\" (there are anchored, homes, auto); choose one of these$" --program home
 
 # --- what the scene does not need ---------------------------------------------------------------
 runs $small --out fitted --float --explain --report fitted.json

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/number_text.hpp>
+#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <type_traits>
 #include <utility>
@@ -56,7 +57,12 @@ TILEMESH_HOST double quality_of(splat::Setup const& setup);
 TILEMESH_HOST void set_quality(splat::Setup& setup, double quality);
 
 inline constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}}, machines[] = {{"mk2", 0}, {"test", 1}};
-inline constexpr Word qualities[] = {{"default", 0}, {"evaluation", 1}, {"viewing", 2}, {"on_sensor", 3}, {"training", 4}};
+inline constexpr std::uint32_t no_quality = 0xffffffffu; ///< rules that no quality names
+inline constexpr Word qualities[] = {{"default", no_quality},
+                                     {"evaluation", splat::Quality::evaluation},
+                                     {"viewing", splat::Quality::viewing},
+                                     {"on_sensor", splat::Quality::on_sensor},
+                                     {"training", splat::Quality::training}};
 inline constexpr Word programs[] = {{"anchored", splat::Program::anchored}, {"homes", splat::Program::homes}, {"auto", splat::Program::automatic}};
 inline constexpr Word switches[] = {{"off", false}, {"on", true}};
 inline constexpr Word saturations[] = {{"hold", true}, {"drop", false}}, priorities[] = {{"first", false}, {"largest", true}};
@@ -204,6 +210,7 @@ TILEMESH_HOST SetupField const* find_setup_field(std::string_view name);
 struct SetupValue {
     std::string name, text;
 
+    friend bool operator==(SetupValue const&, SetupValue const&) = default;
     SetupValue(std::string_view field, std::string_view value) : name(field), text(value) {}
     template <class T>
         requires std::is_arithmetic_v<T>

@@ -9,7 +9,6 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/setup_fields.hpp>
-#include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
@@ -74,15 +73,16 @@ TILEMESH_HOST void set_machine(splat::Setup& setup, double machine)
 }
 TILEMESH_HOST double quality_of(splat::Setup const& setup)
 {
-    for (std::uint32_t q = 1; q < std::size(qualities); ++q) {
-        auto const rules = splat::with_quality(setup.rules, static_cast<splat::Quality>(q - 1));
-        if (std::memcmp(&rules, &setup.rules, sizeof rules) == 0) return q;
+    for (auto const& [word, number] : qualities) {
+        if (number == no_quality) continue;
+        auto const rules = splat::with_quality(setup.rules, static_cast<splat::Quality>(number));
+        if (std::memcmp(&rules, &setup.rules, sizeof rules) == 0) return static_cast<double>(number);
     }
-    return 0;
+    return no_quality;
 }
 TILEMESH_HOST void set_quality(splat::Setup& setup, double quality)
 {
-    if (quality != 0) setup.rules = splat::with_quality(setup.rules, static_cast<splat::Quality>(static_cast<std::uint32_t>(quality) - 1));
+    if (quality != no_quality) setup.rules = splat::with_quality(setup.rules, static_cast<splat::Quality>(static_cast<std::uint32_t>(quality)));
 }
 
 } // namespace detail
