@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/setup_fields.hpp>
+#include <utility>
 #include <vector>
 
 using namespace tilemesh;
@@ -55,6 +59,22 @@ std::vector<std::string> unlike(Fields const& fields)
             if (!same || field.values.read(text) != value || field.text(setup) != text) out.emplace_back(field.name);
         }
     return out;
+}
+/// The table of examples/README.md.
+std::string field_table()
+{
+    std::string text = "| field | values | meaning |\n|---|---|---|\n";
+    for (auto const& field : setup_fields) {
+        auto const& v = field.values;
+        std::string values, meaning(field.meaning);
+        for (auto const& one : v.words) values.append(values.empty() ? "`" : ", `").append(one.word).append("`");
+        if (v.words.empty()) values = v.takes().substr(std::string_view("it takes a ").size());
+        for (auto const& [text_of_help, in_table] : {std::pair(": {}", ""), std::pair("{} ", ""), std::pair(" | ", ", ")})
+            for (auto at = meaning.find(text_of_help); at != meaning.npos; at = meaning.find(text_of_help))
+                meaning.replace(at, std::string_view(text_of_help).size(), in_table);
+        text += "| `" + std::string(field.name) + (field.use == SetupField::everyone ? "` * | " : "` | ") + values + " | " + meaning + " |\n";
+    }
+    return text;
 }
 } // namespace
 
@@ -124,7 +144,7 @@ TEST_CASE("with by names is with by a function, in the order of the table")
     CHECK(texts(with(lossless, {{"alpha_min", 0.25f}, {"depth", true}, {"copies", "screen"}, {"channel-slots", 8}, {"saturation", "hold"}, {"preset", "paper"}})) ==
           texts(narrow));
     CHECK(texts(with(lossless, {{"copies", "screen"}, {"copies", "world"}})) == texts(lossless));
-    CHECK(texts(with(lossless, {{"program", "homes"}})) == texts(with(as_homes(lossless), [](Setup&) {})));
+    CHECK(texts(with(lossless, {{"program", "homes"}})) == texts(as_homes(lossless)));
     CHECK(texts(with(lossless, {{"quality", "training"}, {"footprint", "opacity_box"}}))[render::setup_field("stop")] == "before_crossing");
     CHECK(with(lossless, {{"machine", "test"}}).sizes.storage == 40'000);
     CHECK(with(lossless, {{"tiles", 1'000'000}}).machine.tiles == 1'000'000);
@@ -138,6 +158,13 @@ TEST_CASE("a mistake names the nearest field, or what a field takes")
     CHECK(refusal({{"sh-degree", 4}}) == "the field sh-degree cannot be \"4\" (it takes a whole number from 0 to 3); choose such a number");
     CHECK(refusal({{"channel-slots", -1}}) == "the field channel-slots cannot be \"-1\" (it takes a whole number, 0 or more, in slots); choose such a number");
     CHECK(refusal({{"storage_slots", 1}, {"alpha", true}}).empty());
+}
+
+TEST_CASE("examples/README.md has the table of the fields")
+{
+    std::ifstream readme(std::filesystem::path(__FILE__).parent_path() / "../../examples/README.md");
+    std::string const text(std::istreambuf_iterator<char>(readme), {});
+    CHECK_MESSAGE(text.find(field_table()) != text.npos, field_table());
 }
 
 TEST_CASE("a report has every field of the setup that ran, with the rules of the renderer")

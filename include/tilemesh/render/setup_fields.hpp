@@ -56,7 +56,8 @@ TILEMESH_HOST void set_machine(splat::Setup& setup, double machine);
 TILEMESH_HOST double quality_of(splat::Setup const& setup);
 TILEMESH_HOST void set_quality(splat::Setup& setup, double quality);
 
-inline constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}}, machines[] = {{"mk2", 0}, {"test", 1}};
+inline constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}};
+inline constexpr Word machines[] = {{"mk2", 0}, {"test", 1}};
 inline constexpr std::uint32_t no_quality = 0xffffffffu; ///< rules that no quality names
 inline constexpr Word qualities[] = {{"default", no_quality},
                                      {"evaluation", splat::Quality::evaluation},
@@ -65,8 +66,10 @@ inline constexpr Word qualities[] = {{"default", no_quality},
                                      {"training", splat::Quality::training}};
 inline constexpr Word programs[] = {{"anchored", splat::Program::anchored}, {"homes", splat::Program::homes}, {"auto", splat::Program::automatic}};
 inline constexpr Word switches[] = {{"off", false}, {"on", true}};
-inline constexpr Word saturations[] = {{"hold", true}, {"drop", false}}, priorities[] = {{"first", false}, {"largest", true}};
-inline constexpr Word addressings[] = {{"carried", true}, {"recomputed", false}}, copies[] = {{"world", true}, {"screen", false}};
+inline constexpr Word saturations[] = {{"hold", true}, {"drop", false}};
+inline constexpr Word priorities[] = {{"first", false}, {"largest", true}};
+inline constexpr Word addressings[] = {{"carried", true}, {"recomputed", false}};
+inline constexpr Word copies[] = {{"world", true}, {"screen", false}};
 inline constexpr Word colours[] = {{"float", splat::ColourFormat::float32}, {"rgbx8", splat::ColourFormat::rgbx8}};
 inline constexpr Word footprints[] = {{"opacity_box", splat::Footprint::opacity_box},
                                       {"three_sigma_square", splat::Footprint::three_sigma_square},
@@ -89,8 +92,8 @@ struct SetupField {
     std::string_view meaning; ///< begins with a small letter, ends without a full stop; "{}" stands for the words
     double (*get)(splat::Setup const&) = nullptr;
     void (*set)(splat::Setup&, double) = nullptr; ///< the number must be one that `values` has
-    /// Everyone: each program that chooses setups has it, without a line of its own. Alone: it is a row here, and programs may name it.
-    /// Several: it writes several members, and report.json has the fields of these instead.
+    /// `everyone`: an option of render_map, a setting of C and Python and a policy of studies, without a line of theirs. `alone`: programs
+    /// may name it. `several`: it writes several members; report.json has the fields of these instead.
     enum For : unsigned char { alone, everyone, several } use = alone;
 
     constexpr SetupField(std::string_view field, Values takes, std::string_view sentence, double (*read)(splat::Setup const&),
@@ -118,23 +121,27 @@ struct SetupField {
 /// All fields. The first ones write several members; `with` writes in the order of this table. A new member of `Setup` is a row here;
 /// tests/render/setup_fields.cpp fails for a member without one.
 inline constexpr SetupField setup_fields[] = {
-    {"preset", {.words = detail::presets}, "a published setup, all of it: {}", detail::preset_of, detail::set_preset, SetupField::several},
-    {"machine", {.words = detail::machines}, "mk2 | test (64 MiB per tile, room for a whole map)", detail::machine_of, detail::set_machine, SetupField::several},
+    {"preset", {.words = detail::presets}, "a published setup: {}", detail::preset_of, detail::set_preset, SetupField::several},
+    {"machine", {.words = detail::machines}, "mk2 | test (64 MiB per tile, room for a whole map)",
+     detail::machine_of, detail::set_machine, SetupField::several},
     {"quality", {.words = detail::qualities}, "cut-offs and rules of the picture: {}", detail::quality_of, detail::set_quality, SetupField::several},
     {"channel-slots", detail::slots, "messages in one channel end of routing, and of bloom",
-     [](splat::Setup const& s) { return static_cast<double>(s.program == splat::Program::homes || s.sizes.road < s.sizes.beam ? s.sizes.road : s.sizes.beam); },
+     [](splat::Setup const& s) {
+         return static_cast<double>(s.program == splat::Program::homes || s.sizes.road < s.sizes.beam ? s.sizes.road : s.sizes.beam);
+     },
      [](splat::Setup& s, double n) {
          s.sizes.road = static_cast<std::uint32_t>(n);
          if (s.program != splat::Program::homes) s.sizes.beam = s.sizes.road;
      },
      SetupField::several},
-    {"program", {.words = detail::programs}, "the program that renders: anchored | homes | auto (homes once anchored would lack something)",
+    {"program", {.words = detail::programs}, "anchored | homes | auto (homes once anchored would lack something)",
      [](splat::Setup const& s) { return static_cast<double>(s.program); },
      [](splat::Setup& s, double n) {
          auto const program = static_cast<splat::Program>(static_cast<std::uint32_t>(n));
          if (program == splat::Program::homes && s.program != program) s = splat::as_homes(s);
          s.program = program;
-     }},
+     },
+     SetupField::several},
 
     {"tiles", {Values::whole, 1, any_number, "tiles"}, "tiles of the machine", [](auto& s) -> auto& { return s.machine.tiles; }},
     {"sram", {Values::whole, 1, any_number, "bytes"}, "SRAM of a tile", [](auto& s) -> auto& { return s.machine.sram_bytes; }},
@@ -154,33 +161,39 @@ inline constexpr SetupField setup_fields[] = {
     {"one-channel-memory", {.words = detail::switches}, "routing and bloom share one memory for their channels",
      [](auto& s) -> auto& { return s.sizes.one_channel_memory; }},
 
-    {"saturation", {.words = detail::saturations}, "a full channel: hold records back | drop copies", [](splat::Setup const& s) { return static_cast<double>(s.holds); },
+    {"saturation", {.words = detail::saturations}, "a full channel: hold records back | drop copies",
+     [](splat::Setup const& s) { return static_cast<double>(s.holds); },
      [](splat::Setup& s, double holds) { // a setup that drops has no FIFOs
          s.holds = holds != 0;
          if (s.holds && s.sizes.waiting == 0) s.sizes.waiting = splat::lossless.sizes.waiting;
      },
      SetupField::everyone},
-    {"priority", {.words = detail::priorities}, "a full tile keeps, a full channel takes: first (come) | largest", [](auto& s) -> auto& { return s.ranks; },
+    {"priority", {.words = detail::priorities}, "a full tile keeps, a full channel takes: first (come) | largest",
+     [](auto& s) -> auto& { return s.ranks; },
      SetupField::everyone},
     {"copies", {.words = detail::copies}, "bloom sends copies in {} coordinates", [](auto& s) -> auto& { return s.reusable; }, SetupField::everyone},
     {"pixels", {.words = detail::colours}, "framebuffers of the tiles: {}", [](auto& s) -> auto& { return s.colour; }, SetupField::everyone},
     {"addressing", {.words = detail::addressings}, "a record's anchor tile travels with it, or is computed on the way: {}",
      [](auto& s) -> auto& { return s.carried; }},
-    {"routing", {.words = detail::switches}, "records travel to their anchor tiles; off: the host places them", [](auto& s) -> auto& { return s.routes; }},
+    {"routing", {.words = detail::switches}, "records travel to their anchor tiles; off: the host places them",
+     [](auto& s) -> auto& { return s.routes; }},
     {"bloom", {.words = detail::switches}, "tiles send copies to the other tiles that a splat touches", [](auto& s) -> auto& { return s.blooms; }},
     {"sh-degree", {Values::whole, 0, 3}, "highest degree of view-dependent colour in a record", [](auto& s) -> auto& { return s.sh_degree; }},
     {"depth", {.words = detail::switches}, "tiles store the depth of a pixel", [](auto& s) -> auto& { return s.depth; }},
     {"alpha", {.words = detail::switches}, "tiles store the covered share of a pixel", [](auto& s) -> auto& { return s.alpha; }},
     {"fit", {.words = detail::switches}, "homes: as many as the map needs, if the SRAM has room for them", [](auto& s) -> auto& { return s.fit; }},
-    {"district", {Values::whole, 0, 32768, "tiles"}, "homes: tiles along a side of a district; 0: the smallest that fits", [](auto& s) -> auto& { return s.district; }},
+    {"district", {Values::whole, 0, 32768, "tiles"}, "homes: tiles along a side of a district; 0: the smallest that fits",
+     [](auto& s) -> auto& { return s.district; }},
 
     {"footprint", {.words = detail::footprints}, "the pixels that a splat may touch: {}", [](auto& s) -> auto& { return s.rules.footprint; }},
-    {"arithmetic", {.words = detail::arithmetics}, "precise (bits of a naive loop) | fast (alpha within 2e-5 of it)", [](auto& s) -> auto& { return s.rules.arithmetic; }},
+    {"arithmetic", {.words = detail::arithmetics}, "precise (bits of a naive loop) | fast (alpha within 2e-5 of it)",
+     [](auto& s) -> auto& { return s.rules.arithmetic; }},
     {"coverage", {.words = detail::coverages}, "the opacity of a splat that the dilation enlarges: {}",
      [](splat::Setup const& s) { return static_cast<double>(s.rules.coverage); },
      [](splat::Setup& s, double n) { s.rules.coverage = static_cast<splat::Coverage>(n); }},
     {"stop", {.words = detail::stops}, "the term at which a pixel is finished: {}", [](auto& s) -> auto& { return s.rules.stop; }},
-    {"near-plane", {.words = detail::near_planes}, "the near plane: {}", [](splat::Setup const& s) { return static_cast<double>(s.rules.near_plane); },
+    {"near-plane", {.words = detail::near_planes}, "the near plane: {}",
+     [](splat::Setup const& s) { return static_cast<double>(s.rules.near_plane); },
      [](splat::Setup& s, double n) { s.rules.near_plane = static_cast<splat::NearPlane>(n); }},
     {"slope-border", {.words = detail::borders}, "the border that bounds the slopes of a splat: {}",
      [](splat::Setup const& s) { return static_cast<double>(s.rules.slope_border); },
@@ -230,7 +243,10 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// Returns a setup with other values of some fields, in the order of `render::setup_fields`; of a field that is named twice, the last one
 /// counts. Throws Error for a name that is no field (it tells the nearest one), and for a value that the field does not take.
 TILEMESH_HOST Setup with(Setup setup, std::span<render::SetupValue const> values);
-inline Setup with(Setup const& setup, std::initializer_list<render::SetupValue> values) { return with(setup, std::span(values.begin(), values.size())); }
+inline Setup with(Setup const& setup, std::initializer_list<render::SetupValue> values)
+{
+    return with(setup, std::span(values.begin(), values.size()));
+}
 
 }}} // namespace tilemesh::splat
 

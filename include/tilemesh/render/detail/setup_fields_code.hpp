@@ -90,9 +90,11 @@ TILEMESH_HOST void set_quality(splat::Setup& setup, double quality)
 TILEMESH_HOST std::string Values::takes() const
 {
     if (kind == word) return "there are " + detail::list_of(words);
-    auto const range = most >= any_number - 1 && least <= 1 ? ", " + detail::digits(least) + " or more" : " from " + detail::digits(least) + " to " + detail::digits(most);
-    if (kind == whole) return "it takes a whole number" + range + (unit.empty() ? "" : ", in " + std::string(unit));
-    return "it takes " + (least < most ? "a number" + range + (unit.empty() ? "" : ", in " + std::string(unit)) : std::string(unit) + ", a number");
+    bool const any = most >= any_number - 1 && least <= 1;
+    auto const range = (any ? ", " : " from ") + detail::digits(least) + (any ? " or more" : " to " + detail::digits(most)) +
+                       (unit.empty() ? "" : ", in " + std::string(unit));
+    if (kind == whole) return "it takes a whole number" + range;
+    return "it takes " + (least < most ? "a number" + range : std::string(unit) + ", a number");
 }
 
 TILEMESH_HOST std::optional<double> Values::read(std::string_view text) const
