@@ -49,8 +49,9 @@ Json to_json(Of const& of, Option<Of> const& row)
     case Form::flag:
         return v.whole != 0;
     case Form::whole:
-        if (!v.text.empty()) return std::string(v.text);
-        return static_cast<std::int64_t>(v.whole);
+        for (auto const& one : row.words)
+            if (v.text == one.word) return std::string(v.text);
+        return static_cast<std::int64_t>(v.text.empty() ? v.whole : row.read(v.text).whole);
     case Form::number:
         return v.number;
     case Form::three:
