@@ -31,8 +31,10 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
+#include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/render/setup.hpp>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/json.hpp>
 #include <tilemesh/report/table.hpp>
@@ -64,8 +66,8 @@ using Json = nlohmann::ordered_json;
 using shared::Option;
 using shared::option;
 using shared::Word;
-using shared::words;
 using tilemesh::Error;
+using tilemesh::render::setup_field, tilemesh::render::setup_fields;
 
 /// The page has one thread and no files, and leaves out the program of homes and the tracker.
 #if defined(__EMSCRIPTEN__)
@@ -97,7 +99,8 @@ std::string dumped(Json const& json)
 struct Settings {
     std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
     std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0, threads = 1;
-    std::string preset = "lossless", machine = "mk2", saturation = "preset", quality = "default", program = "anchored";
+    std::string preset = "lossless", machine = "mk2", quality = "default", program = "anchored";
+    std::vector<render::SetupValue> fields; ///< those that every program has; others are the preset's
     std::array<double, 3> background{};
     bool difference = false, digest = false, depth = false, alpha = false, exposure = false, antialias = false;
     std::int64_t follow = -1;
@@ -112,31 +115,66 @@ struct Settings {
     bool anchored() const { return program == "anchored"; }
 };
 
-constexpr Word presets[] = {{"lossless", 0}, {"paper", 1}, {"prototype", 2}};
-constexpr Word machines[] = {{"mk2", 0}, {"test", 1}};
-constexpr Word saturations[] = {{"preset", 0}, {"hold", 1}, {"drop", 2}};
-constexpr Word qualities[] = {{"default", 0}, {"evaluation", 1}, {"viewing", 2}, {"on_sensor", 3}, {"training", 4}};
-constexpr Word programs[] = {{"anchored", 0}, {"homes", 1}, {"auto", 2}};
 constexpr Word nobody[] = {{"-1", -1}};
-/// `most` of a number of slots. The preset has the limit.
-constexpr double most_slots = 1'000'000;
 
-constexpr Option<Settings> setting_rows[] = {
+/// The row of a field of setups, by its name in JSON.
+template <std::size_t Field>
+constexpr auto json_name = [] {
+    std::array<char, setup_fields[Field].name.size()> name{};
+    std::replace_copy(setup_fields[Field].name.begin(), setup_fields[Field].name.end(), name.begin(), '-', '_');
+    return name;
+}();
+template <std::size_t Field, auto Member>
+constexpr Option<Settings> field()
+{
+    auto row = shared::field<Field, Member>("", {});
+    row.name = {json_name<Field>.data(), json_name<Field>.size()};
+    return row;
+}
+/// The row of a field that every program has: its words, and "preset".
+template <std::size_t Field, std::size_t... I>
+constexpr std::array<Word, sizeof...(I) + 1> with_preset(std::index_sequence<I...>)
+{
+    return {{{"preset", -1}, setup_fields[Field].values.words[I]...}};
+}
+template <std::size_t Field>
+constexpr auto policy_words = with_preset<Field>(std::make_index_sequence<setup_fields[Field].values.words.size()>());
+template <std::size_t Field>
+constexpr Option<Settings> policy()
+{
+    auto row = shared::listed<Field, &Settings::fields>({});
+    row.name = {json_name<Field>.data(), json_name<Field>.size()};
+    row.words = policy_words<Field>;
+    row.set = [](Settings& s, shared::OptionValue const& value) {
+        auto const name = setup_fields[Field].name;
+        auto const at = std::find_if(s.fields.begin(), s.fields.end(), [name](auto const& f) { return f.name == name; });
+        if (at != s.fields.end()) at->text = value.text;
+        else s.fields.emplace_back(name, value.text);
+        std::erase_if(s.fields, [](auto const& f) { return f.text == "preset"; });
+    };
+    row.get = [](Settings const& s) {
+        auto const at = std::find_if(s.fields.begin(), s.fields.end(), [](auto const& f) { return f.name == setup_fields[Field].name; });
+        return shared::OptionValue{.text = at != s.fields.end() ? std::string_view(at->text) : "preset"};
+    };
+    return row;
+}
+constexpr auto policy_rows = shared::rows_of_everyone([](auto of) { return policy<of()>(); });
+
+constexpr Option<Settings> own_rows[] = {
     option<&Settings::width>("width", "N", "Width of the picture", {16, 4096, "pixels"}),
     option<&Settings::height>("height", "N", "Height of the picture", {16, 4096, "pixels"}),
     option<&Settings::tile_width>("tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
     option<&Settings::tile_height>("tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
-    option<&Settings::channel_slots>("channel_slots", "N", "Messages that a channel to a neighbour holds; 0: the preset's number", {0, most_slots, "slots"}),
-    option<&Settings::storage_slots>("storage_slots", "N", "Records and copies that a tile stores; 0: the preset's number", {0, most_slots, "slots"}),
-    option<&Settings::waiting_slots>("waiting_slots", "N", "Records that wait in each FIFO of routing; 0: the preset's number", {0, most_slots, "slots"}),
+    field<setup_field("channel-slots"), &Settings::channel_slots>(),
+    field<setup_field("storage-slots"), &Settings::storage_slots>(),
+    field<setup_field("waiting-slots"), &Settings::waiting_slots>(),
     option<&Settings::hops>("hops", "N", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet", {0, 4096, "exchanges"}),
     option<&Settings::mesh>("mesh", "N", "Number of the mesh; another number begins a new one", {0, 1'000'000}),
     option<&Settings::threads>("threads", "N", "Threads of the host; the picture does not depend on them", {1, is_page ? 1 : 256}),
-    words<&Settings::preset>("preset", "NAME", "Machine, sizes and rules of a published setup", presets),
-    words<&Settings::machine>("machine", "NAME", "mk2, or a machine with more SRAM", machines),
-    words<&Settings::saturation>("saturation", "NAME", "What a record does that meets a full channel", saturations),
-    words<&Settings::quality>("quality", "NAME", "Cut-offs and rules of the picture", qualities),
-    words<&Settings::program>("program", "NAME", "The program that renders", programs),
+    field<setup_field("preset"), &Settings::preset>(),
+    field<setup_field("machine"), &Settings::machine>(),
+    field<setup_field("quality"), &Settings::quality>(),
+    field<setup_field("program"), &Settings::program>(),
     option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
     option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
     option<&Settings::digest>("digest", "", "The report has digests of the machine's words"),
@@ -146,6 +184,11 @@ constexpr Option<Settings> setting_rows[] = {
     option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
     option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
                               "it is the id of a Gaussian, or -1")};
+constexpr auto setting_rows = [] {
+    return [&]<std::size_t... I, std::size_t... J>(std::index_sequence<I...>, std::index_sequence<J...>) {
+        return std::array{own_rows[I]..., policy_rows[J]...};
+    }(std::make_index_sequence<std::size(own_rows)>(), std::make_index_sequence<std::size(policy_rows)>());
+}();
 /// Options of render_map's maps and cameras that are no settings here, and why.
 constexpr std::pair<char const*, char const*> no_settings[] = {
     {"turn", "the caller's cameras look at a map from any side"},
@@ -153,7 +196,7 @@ constexpr std::pair<char const*, char const*> no_settings[] = {
     {"near", "number 16 of a camera is its near plane"}};
 bool is_slots(shared::OptionRow const& row)
 {
-    return row.most == most_slots && row.unit == "slots";
+    return row.unit == "slots" && row.words.empty();
 }
 
 /// The slots of a tile on the machine `test`. render_map's has 40,000, which is more memory than a browser gives a page.
@@ -178,12 +221,9 @@ render::Setup roomy(render::Setup setup, splat::Tiling const& tiling, std::uint3
 /// The setup that the settings name, as render_map makes it of the same options.
 render::Setup setup_of(Settings const& settings, std::uint32_t sh_degree)
 {
-    auto setup = settings.preset == "lossless" ? splat::setup_of<splat::Lossless>()
-                 : settings.preset == "paper"  ? splat::setup_of<splat::Paper>()
-                                               : splat::setup_of<splat::Prototype>();
-    if (settings.saturation != "preset") setup.holds = settings.saturation == "hold";
-    if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
-    setup = render::fitted(setup, sh_degree, true, true);
+    auto fields = settings.fields;
+    fields.emplace_back("preset", settings.preset);
+    auto setup = render::fitted(with(splat::lossless, fields), sh_degree, true, true);
     if (settings.machine == "test") setup = roomy(setup, tiling_of(settings), test_slots);
     return settings.depth || settings.alpha ? render::with_planes(setup, settings.depth, settings.alpha) : setup;
 }
@@ -202,11 +242,9 @@ tilemesh::RendererOptions options_of(Settings const& settings)
     options.digest = settings.digest;
     options.threads = settings.threads;
     if (settings.antialias) options.coverage = splat::Coverage::preserved;
-    for (auto const quality : {splat::Quality::evaluation, splat::Quality::viewing, splat::Quality::on_sensor, splat::Quality::training})
-        if (settings.quality == splat::name(quality)) options.quality = quality;
-    options.program = settings.anchored()            ? report::Program::anchored
-                      : settings.program == "homes" ? report::Program::homes
-                                                    : report::Program::automatic;
+    auto const number = [](std::size_t of, std::string const& word) { return static_cast<std::uint32_t>(*setup_fields[of].values.read(word)); };
+    if (settings.quality != "default") options.quality = static_cast<splat::Quality>(number(setup_field("quality"), settings.quality));
+    options.program = static_cast<report::Program>(number(setup_field("program"), settings.program));
     return options;
 }
 
@@ -223,7 +261,7 @@ render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
 /// Does something that only the anchored program has keep `auto` on it?
 bool stays_anchored(Settings const& settings, render::Setup const& setup)
 {
-    return !setup.holds || !setup.reusable || settings.hops != 0 || settings.tile_width != 0;
+    return !setup.holds || !setup.reusable || setup.ranks || settings.hops != 0 || settings.tile_width != 0;
 }
 #endif
 
@@ -239,7 +277,7 @@ bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] sce
     bool const stays = stays_anchored(settings, setup_of(settings, map.sh_degree));
     if (settings.program != "homes") return !stays;
     if (stays)
-        throw Error("the program homes with drop, bounded hops or a tile's size (only the anchored program has these); leave them out, or set "
+        throw Error("the program homes with drop, screen copies, ranks, bounded hops or a tile's size (only the anchored program has these); leave them out, or set "
                     "program to \"anchored\"");
     auto const choice = homes_of(settings, map.sh_degree);
     auto const options = options_of(settings);
@@ -898,7 +936,8 @@ private:
                 for (auto const& word : row.words) choices[name].push_back(word.word);
             if (row.form != shared::Form::whole || !row.words.empty()) continue;
             auto const most = is_slots(row) ? preset_slots(setup.sizes, name) : static_cast<std::uint32_t>(row.most);
-            limits[name] = {{"least", static_cast<std::uint32_t>(row.least)}, {"most", most}, {"unit", row.unit}, {"words", row.meaning}};
+            limits[name] = {{"least", static_cast<std::uint32_t>(row.least)}, {"most", most}, {"unit", row.unit},
+                            {"words", std::string(row.meaning) + (is_slots(row) ? "; 0: the preset's number" : "")}};
             auto const asked = row.get(settings_).whole;
             if (is_slots(row)) limits[name]["used"] = asked != 0 ? asked : most;
         }
@@ -927,30 +966,10 @@ private:
     /// Describes the last frame as a run of one frame.
     void describe()
     {
-        auto const& facts = this->facts();
-        auto const& rules = this->rules();
-        auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
-        bool const homes = frame_.report.program == report::Program::homes;
         run_ = {};
         run_.map = {map_->name, map_->path, map_->gaussians.size(), map_->rejected, map_->notes};
-        run_.machine = {facts.machine.name, facts.machine.sram_bytes, limited(used_.storage_slots, facts.sizes.storage),
-                        limited(used_.channel_slots, homes ? renderer_->channel_slots() : facts.sizes.beam), render::ledger_of(facts)};
-        run_.preset = facts.name;
         run_.engine = "threads";
-        run_.program = options_of(used_).program;
-        run_.threads = used_.threads;
-        run_.quality = used_.quality;
-        run_.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
-        run_.background = {rules.background[0], rules.background[1], rules.background[2]};
-        run_.policies = {splat::RowFirst::name,
-                         facts.carried ? splat::Carried::name : splat::Recomputed::name,
-                         facts.holds ? splat::Hold::name : splat::Drop::name,
-                         rules.footprint == splat::Footprint::opacity_box ? "opacity_box" : "three_sigma_square",
-                         facts.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
-                         facts.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
-                         rules.arithmetic == splat::Arithmetic::precise ? "precise" : "fast",
-                         used_.hops,
-                         0};
+        render::describe(run_, facts(), rules(), options_of(used_));
         report::RunFrame frame;
         frame.report = frame_.report;
         frame.image = "the picture";

@@ -104,6 +104,9 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
  *   waiting_slots      slots of each FIFO of routing; 0 (default): the preset's number, which is also the most
  *   hops               most exchanges of routing, and of bloom, in a frame; 0 (default): until all tiles are quiet
  *   saturation         "hold", "drop" or "preset" (default): what a record does that meets a full channel
+ *   priority           "first", "largest" or "preset" (default): what a full tile keeps and a full channel takes
+ *   copies             "world", "screen" or "preset" (default): the records that bloom sends
+ *   pixels             "float", "rgbx8" or "preset" (default): the framebuffers of the tiles
  *   background         [red, green, blue], each 0 to 1; default black
  *   difference         true: each frame is compared with the complete picture, see `tilemesh_pixels`; default false. The complete
  *                      picture has the same view, rules and tiles, and every tile has each Gaussian that touches it

@@ -30,11 +30,6 @@ namespace render = tilemesh::render;
 namespace report = tilemesh::report;
 namespace splat = tilemesh::splat;
 
-render::Setup preset_of(std::string const& name)
-{
-    return name == "paper" ? splat::setup_of<splat::Paper>() : name == "prototype" ? splat::setup_of<splat::Prototype>() : splat::setup_of<splat::Lossless>();
-}
-
 tilemesh::RendererOptions options_of(Setting const& s, std::uint32_t threads)
 {
     tilemesh::RendererOptions options;
@@ -81,7 +76,9 @@ std::string room_advice(Setting const& s, std::uint64_t least, std::uint64_t sma
 
 render::Setup anchored_of(Setting const& s)
 {
-    return render::fitted(preset_of(s.preset), s.subject->map.sh_degree, true, true);
+    auto fields = s.policies;
+    fields.emplace_back("preset", s.preset);
+    return render::fitted(with(splat::lossless, fields), s.subject->map.sh_degree, true, true);
 }
 std::string anchored_advice(Setting const& s)
 {
@@ -234,6 +231,8 @@ Sized sizes_of(Setting const& s)
                                   "); give the machine fewer \"columns\" and \"rows\", or all machines a smaller \"grid\"");
         if (s.homes && !anchored_of(s).holds)
             throw tilemesh::Error("homes with preset " + s.preset + " (homes drop nothing); choose preset lossless");
+        if (s.homes && (!anchored_of(s).reusable || anchored_of(s).ranks))
+            throw tilemesh::Error("homes with policies that only anchored tiles have (homes send no copies and lose nothing); leave copies and priority out");
         try {
             if (s.homes) size_homes(s, out);
             else size_anchored(s, out);
@@ -258,6 +257,7 @@ std::string run_key(Setting const& s, Sized const& sized)
     };
     add(s.homes ? "homes" : "anchored");
     add(s.preset);
+    for (auto const& policy : s.policies) add(policy.name + " " + policy.text);
     add(s.quality ? name(*s.quality) : "default");
     for (auto const n : {s.grid.width, s.grid.height, static_cast<std::uint32_t>(s.machine->need("workers"))}) add(n);
     auto const& a = sized.anchored.sizes;

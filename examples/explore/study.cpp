@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/scene/orbit.hpp>
@@ -148,7 +149,7 @@ public:
 
     Study read(Value const& all)
     {
-        all.allow({"name", "maps", "size", "views", "machines", "grid", "programs", "presets", "qualities", "sizes", "costs"});
+        all.allow({"name", "maps", "size", "views", "machines", "grid", "programs", "presets", "policies", "qualities", "sizes", "costs"});
         study_.name = all.get("name") ? all.get("name")->text() : study_.read.front().stem().string();
         if (auto const size = all.get("size")) size_ = pair_of(*size);
         if (auto const views = all.get("views")) read_views(*views);
@@ -161,9 +162,11 @@ public:
         if (!machines_of) all.refuse("has no machines", "add \"machines\": [\"mk2.txt\"]");
         for (auto const& value : machines_of->all()) add_machines(value);
         std::vector<std::string> programs{"anchored"}, presets{"lossless"}, qualities{"default"};
-        words(all, "programs", programs, {"anchored", "homes"});
-        words(all, "presets", presets, {"lossless", "paper", "prototype"});
-        words(all, "qualities", qualities, {"default", "evaluation", "viewing", "on_sensor", "training"});
+        words(all, "programs", programs, values_of("program").words.first(2));
+        words(all, "presets", presets, values_of("preset").words);
+        words(all, "qualities", qualities, values_of("quality").words);
+        std::vector<Policies> policies{{}};
+        if (auto const values = all.get("policies")) policies = policies_of(*values);
         std::vector<Capacities> sizes;
         if (auto const values = all.get("sizes"))
             for (auto const& value : values->all()) add_sizes(value, sizes);
@@ -173,36 +176,40 @@ public:
             for (auto const& value : values->all()) add_prices(value, prices);
         else prices.push_back(std::make_shared<Prices const>());
 
-        if (subjects.size() * machines_.size() * programs.size() * presets.size() * qualities.size() * sizes.size() * prices.size() > most_points)
+        if (subjects.size() * machines_.size() * programs.size() * presets.size() * policies.size() * qualities.size() * sizes.size() * prices.size() > most_points)
             all.refuse("has more than 100,000 points", "shorten its lists");
         for (auto const& of : subjects)
             for (auto const& machine : machines_)
                 for (auto const& program : programs)
                     for (auto const& preset : presets)
-                        for (auto const& quality : qualities)
-                            for (auto const& capacities : sizes)
-                                for (auto const& price : prices) {
-                                    Setting s;
-                                    auto const part = [&](std::string const& text, bool differs) {
-                                        if (differs && !text.empty()) s.name += (s.name.empty() ? "" : " / ") + text;
-                                    };
-                                    part(of->name, subjects.size() > 1);
-                                    part(machine->name, true);
-                                    part(program, programs.size() > 1);
-                                    part(preset, presets.size() > 1);
-                                    part(quality, qualities.size() > 1);
-                                    part(capacities.name, sizes.size() > 1);
-                                    part(price->name, prices.size() > 1);
-                                    s.subject = of;
-                                    s.machine = machine;
-                                    s.grid = grid_.value_or(grid_of_machine(*machine, *machines_of));
-                                    s.homes = program == "homes";
-                                    s.preset = preset;
-                                    s.quality = quality_of(quality);
-                                    s.capacities = capacities;
-                                    s.prices = price;
-                                    study_.settings.push_back(std::move(s));
-                                }
+                        for (auto const& policy : policies)
+                            for (auto const& quality : qualities)
+                                for (auto const& capacities : sizes)
+                                    for (auto const& price : prices) {
+                                        Setting s;
+                                        auto const part = [&](std::string const& text, bool differs) {
+                                            if (differs && !text.empty()) s.name += (s.name.empty() ? "" : " / ") + text;
+                                        };
+                                        part(of->name, subjects.size() > 1);
+                                        part(machine->name, true);
+                                        part(program, programs.size() > 1);
+                                        part(preset, presets.size() > 1);
+                                        part(policy.name, policies.size() > 1);
+                                        part(quality, qualities.size() > 1);
+                                        part(capacities.name, sizes.size() > 1);
+                                        part(price->name, prices.size() > 1);
+                                        s.subject = of;
+                                        s.machine = machine;
+                                        s.grid = grid_.value_or(grid_of_machine(*machine, *machines_of));
+                                        s.homes = program == "homes";
+                                        s.preset = preset;
+                                        s.policies = policy.values;
+                                        if (quality != "default")
+                                            s.quality = static_cast<tilemesh::splat::Quality>(static_cast<std::uint32_t>(*values_of("quality").read(quality)));
+                                        s.capacities = capacities;
+                                        s.prices = price;
+                                        study_.settings.push_back(std::move(s));
+                                    }
         std::set<std::string> names;
         for (auto const& s : study_.settings)
             if (!names.insert(s.name).second) all.refuse("has two points " + shown(s.name), "give their parts other names");
@@ -222,25 +229,45 @@ private:
         if (!value.is_list() || two.size() != 2) value.refuse("is no list of two numbers", "write [640, 360]");
         return {two[0].whole(1, 65535), two[1].whole(1, 65535)};
     }
-    static std::optional<tilemesh::splat::Quality> quality_of(std::string const& word)
-    {
-        using tilemesh::splat::Quality;
-        for (auto const q : {Quality::evaluation, Quality::viewing, Quality::on_sensor, Quality::training})
-            if (word == name(q)) return q;
-        return {};
-    }
-    static void words(Value const& all, char const* key, std::vector<std::string>& to, std::initializer_list<char const*> known)
+    static tilemesh::render::Values const& values_of(std::string_view field) { return tilemesh::render::find_setup_field(field)->values; }
+    static void words(Value const& all, char const* key, std::vector<std::string>& to, std::span<shared::Word const> known)
     {
         auto const values = all.get(key);
         if (!values) return;
         to.clear();
         std::string list;
-        for (auto const* word : known) list += (list.empty() ? "" : ", ") + std::string(word);
+        for (auto const& one : known) list.append(list.empty() ? "" : ", ").append(one.word);
         for (auto const& value : values->all()) {
             to.push_back(value.text());
-            if (std::none_of(known.begin(), known.end(), [&](char const* word) { return to.back() == word; }))
+            if (std::none_of(known.begin(), known.end(), [&](auto const& one) { return to.back() == one.word; }))
                 value.refuse("cannot be " + shown(to.back()), "use " + list);
         }
+    }
+    struct Policies {
+        std::string name;
+        std::vector<tilemesh::render::SetupValue> values;
+    };
+    /// Each combination of values of the fields that every program has.
+    static std::vector<Policies> policies_of(Value const& value)
+    {
+        std::vector<Policies> out;
+        for (auto const& choice : product(value.members(), value)) {
+            auto& policy = out.emplace_back();
+            for (auto const& [key, one] : choice) {
+                auto const* const field = tilemesh::render::find_setup_field(key);
+                if (field == nullptr || field->use != tilemesh::render::SetupField::everyone) {
+                    std::vector<std::string_view> known;
+                    for (auto const& other : tilemesh::render::setup_fields)
+                        if (other.use == tilemesh::render::SetupField::everyone) known.push_back(other.name);
+                    value.refuse_key(key, known);
+                }
+                auto const text = one.is_text() ? one.text() : one.dumped();
+                if (!field->values.read(text)) one.refuse("cannot be " + shown(text), "write another value: " + field->values.takes());
+                policy.values.emplace_back(field->name, text);
+                policy.name += (policy.name.empty() ? "" : " ") + key + " " + text;
+            }
+        }
+        return out;
     }
     /// How a map is read, and which camera shows it: the rows of render_map's options.
     struct View : shared::MapInput, shared::CameraInput {

@@ -8,6 +8,7 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/quality.hpp>
@@ -47,6 +48,7 @@ struct Setting {
     tilemesh::Extent2 grid{};
     bool homes = false;
     std::string preset;
+    std::vector<tilemesh::render::SetupValue> policies; ///< others than the preset's
     std::optional<tilemesh::splat::Quality> quality;
     Capacities capacities;
     std::shared_ptr<Prices const> prices;

@@ -12,24 +12,11 @@ namespace {
 namespace splat = tilemesh::splat;
 namespace render = tilemesh::render;
 
-render::Setup preset_of(Choice const& choice)
-{
-    switch (choice.preset) {
-    case Preset::lossless:
-        return splat::setup_of<splat::Lossless>();
-    case Preset::paper:
-        return splat::setup_of<splat::Paper>();
-    case Preset::prototype:
-        break;
-    }
-    return splat::setup_of<splat::Prototype>();
-}
-
 /// May the demand choose the parts of the machine? Only for an unchanged `lossless` on host threads.
 bool may_be_fitted(Choice const& choice)
 {
-    auto const own = preset_of(choice), asked = setup_of(choice, 0);
-    return choice.preset == Preset::lossless && choice.engine == EngineKind::threads && !choice.planes() && !choice.trace &&
+    auto const own = splat::lossless, asked = setup_of(choice, 0);
+    return asked.name == std::string_view(own.name) && choice.engine == EngineKind::threads && !choice.planes() && !choice.trace &&
            asked.holds == own.holds && !asked.ranks && asked.reusable == own.reusable && asked.colour == own.colour;
 }
 
@@ -50,15 +37,7 @@ render::Setup on_machine(render::Setup setup, Choice const& choice)
 
 render::Setup setup_of(Choice const& choice, std::uint32_t sh_degree)
 {
-    auto setup = preset_of(choice);
-    if (choice.saturation) setup.holds = *choice.saturation == SaturationKind::hold;
-    setup.ranks = choice.largest_first;
-    if (choice.copies) setup.reusable = *choice.copies == CopiesKind::world;
-    if (choice.pixels)
-        setup.colour = *choice.pixels == PixelKind::float32 ? render::ColourFormat::float32 : render::ColourFormat::rgbx8;
-    // A preset that drops has no FIFOs. If it is told to hold, it gets those of `lossless`, and the ledger lists them.
-    if (setup.holds && setup.sizes.waiting == 0) setup.sizes.waiting = splat::Lossless::sizes.waiting;
-    return on_machine(render::fitted(setup, sh_degree, true, true), choice);
+    return on_machine(render::fitted(with(splat::lossless, choice.fields), sh_degree, true, true), choice);
 }
 
 render::Setup setup_for(Choice const& choice, tilemesh::scene::Demand const& demand)
@@ -66,7 +45,7 @@ render::Setup setup_for(Choice const& choice, tilemesh::scene::Demand const& dem
     if (!may_be_fitted(choice) || demand.moves) return setup_of(choice, demand.sh_degree);
     // Records with harmonics always bloom.
     bool const blooms = demand.spans || demand.sh_degree != 0;
-    return on_machine(render::fitted(preset_of(choice), demand.sh_degree, false, blooms), choice);
+    return on_machine(render::fitted(splat::lossless, demand.sh_degree, false, blooms), choice);
 }
 
 tilemesh::render::Setup homes_of(Choice const& choice, std::uint32_t sh_degree)

@@ -1,42 +1,50 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <vector>
 
 namespace render_map {
 
-enum class Preset : std::uint32_t { lossless, paper, prototype };
 enum class MachineKind : std::uint32_t { mk2, test, file };
 enum class EngineKind : std::uint32_t { threads, sequential };
-enum class SaturationKind : std::uint32_t { hold, drop };
-enum class CopiesKind : std::uint32_t { world, screen };
-enum class PixelKind : std::uint32_t { float32, rgbx8 };
 
-/// The user's choice of a machine. An empty member takes the preset's value. Every combination runs if it fits.
+/// The user's choice of a machine. Every combination runs if it fits.
 struct Choice {
-    Preset preset = Preset::lossless;
+    std::vector<tilemesh::render::SetupValue> fields; ///< the options that are fields of the setup, as given; others are those of the preset
     MachineKind machine = MachineKind::mk2;
     tilemesh::MachineSize file{};      ///< of MachineKind::file; Options::machine_file has its name. Without a name it is not read yet
     std::uint32_t tile_pixels = 0;     ///< of a file's machine: pixels of a tile in the largest frame
     std::uint32_t channel_slots = 0;   ///< of a file's machine: slots of a channel, if the user limits them
     bool keeps_homes = false;          ///< of a file's machine: the sizes of homes fit there with the whole map, so that they stay
     EngineKind engine = EngineKind::threads;
-    std::optional<SaturationKind> saturation{};
-    bool largest_first = false; ///< what changes the picture most goes first and stays
-    std::optional<CopiesKind> copies{};
-    std::optional<PixelKind> pixels{};
     bool depth = false, alpha = false;
     bool trace = false; ///< run on a machine that keeps a trace
     bool stays_anchored = false; ///< the program of homes cannot take over: it is not asked for, or lacks an option
     bool fit = true;    ///< false: keep all parts of the preset, even if the scene does not need them
 
     bool planes() const noexcept { return depth || alpha; }
+    bool names(std::string_view field) const
+    {
+        return std::any_of(fields.begin(), fields.end(), [&](auto const& f) { return f.name == field; });
+    }
+    std::string preset() const { return with(tilemesh::splat::lossless, fields).name; }
+    Choice with_preset(std::string_view preset) const
+    {
+        auto other = *this;
+        other.fields.emplace_back("preset", preset);
+        return other;
+    }
 };
 
 /// The setup of a choice for records of a degree. `tilemesh::render::check_setup` throws if it does not fit.

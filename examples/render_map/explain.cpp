@@ -1,6 +1,7 @@
 #include "explain.hpp"
 #include "../shared/text.hpp"
 #include "ranks.hpp"
+#include "setup_rows.hpp"
 #include <cstdint>
 #include <span>
 #include <string>
@@ -44,14 +45,13 @@ std::string exploring_option(Options const& o)
 {
     if (o.choice.trace) return "--trace";
     if (!o.choice.fit) return "--fit off";
-    if (o.choice.preset != Preset::lossless) return o.choice.preset == Preset::paper ? "--preset paper" : "--preset prototype";
+    if (auto const preset = o.choice.preset(); preset != "lossless") return "--preset " + preset;
     if (o.choice.engine != EngineKind::threads) return "--engine sequential";
     if (o.renderer.hops != 0) return "--hops";
     if (o.channel_slots) return "--channel-slots";
     if (o.storage_slots) return "--storage-slots";
-    if (o.choice.saturation) return "--saturation";
-    if (o.choice.copies) return "--copies";
-    if (o.choice.pixels) return "--pixels";
+    for (auto const& row : policy_rows) // ranks alone need no record that is not seen
+        if (row.name != "priority" && o.choice.names(row.name)) return "--" + std::string(row.name);
     if (o.choice.planes()) return o.choice.depth ? "--depth" : "--alpha";
     return {};
 }
@@ -72,7 +72,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
 {
     Needs needs;
     splat::Rules rules;
-    if (options.choice.preset != Preset::lossless) rules.footprint = splat::Paper::footprint;
+    if (options.choice.preset() != "lossless") rules.footprint = splat::Paper::footprint;
     rules = tilemesh::with_options(rules, options.renderer);
     if (ranks::number() > 1)
         needs.seen = ranks::demand_of(path, rules, options.renderer);
@@ -140,7 +140,7 @@ std::vector<tilemesh::report::RunReport::Feature> features(Options const& option
                        : of_all(seen.culled, seen.gaussians) + " have nothing on screen in any view: not loaded" +
                              (seen.too_faint == 0 ? "" : " (" + thousands(seen.too_faint) + " are too faint for any)")});
 
-    bool const clamps = options.choice.preset != Preset::lossless || options.renderer.quality == splat::Quality::training;
+    bool const clamps = options.choice.preset() != "lossless" || options.renderer.quality == splat::Quality::training;
     out.push_back({"clamp at 0.99", clamps,
                    of_all(seen.nearly_opaque, seen.gaussians) + " are more opaque than that (opacity is " +
                        tilemesh::significant(double{seen.least_opacity}, 3) + " to " +

@@ -167,19 +167,16 @@ struct Other {
     Setup setup;
 };
 /// The setups that one more option would give: one of these presets, the test machine, or records without harmonics.
-std::vector<Other> others(Options const& options, Needs const& needs, std::initializer_list<Preset> presets)
+std::vector<Other> others(Options const& options, Needs const& needs, std::initializer_list<char const*> presets)
 {
     std::vector<Other> list;
     auto const add = [&](std::string words, Choice const& choice, tilemesh::scene::Demand const& demand) {
         auto const setup = setup_for(choice, demand);
         if (fits(setup)) list.push_back({std::move(words), setup});
     };
+    for (auto const* preset : presets)
+        if (options.choice.preset() != preset) add(std::string("--preset ") + preset, options.choice.with_preset(preset), needs.used);
     auto choice = options.choice;
-    for (auto const preset : presets) {
-        choice.preset = preset;
-        if (options.choice.preset != preset) add(std::string("--preset ") + setup_of(choice, 0).name, choice, needs.used);
-    }
-    choice = options.choice;
     choice.machine = MachineKind::test;
     if (options.choice.machine != MachineKind::test) add("--machine test", choice, needs.used);
     if (needs.used.sh_degree != 0) {
@@ -234,7 +231,7 @@ void check_slots(Options const& options, Needs const& needs)
             why += "; without this option the machine is cut to what the scene needs and has " + thousands(fitted);
         auto remedy = "choose 1 to " + std::to_string(most);
         std::string separator = ", or what has room for " + thousands(*asked) + ": ";
-        for (auto const& other : others(options, needs, {Preset::lossless, Preset::paper, Preset::prototype})) {
+        for (auto const& other : others(options, needs, {"lossless", "paper", "prototype"})) {
             if (*asked == 0 || slots_of(other.setup) < *asked) continue;
             remedy += separator + other.words;
             separator = " or ";
@@ -260,7 +257,7 @@ std::string roomier(Options const& options, Needs const& needs, std::uint64_t sl
     auto const without = options.storage_slots ? " without --storage-slots" : "";
     // Of the presets only `lossless`: the others drop what finds a channel full.
     if (options.storage_slots) add("no --storage-slots", setup_for(options.choice, needs.used).sizes.storage);
-    for (auto const& other : others(options, needs, {Preset::lossless})) add(other.words + without, other.setup.sizes.storage);
+    for (auto const& other : others(options, needs, {"lossless"})) add(other.words + without, other.setup.sizes.storage);
     return text;
 }
 

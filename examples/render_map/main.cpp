@@ -29,6 +29,7 @@
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/render/describe.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/run_report.hpp>
@@ -47,53 +48,16 @@ using render_map::Options;
 using render_map::Progress;
 using report::thousands;
 
-char const* to_string(splat::Footprint footprint)
-{
-    return footprint == splat::Footprint::opacity_box          ? "opacity_box"
-           : footprint == splat::Footprint::three_sigma_square ? "three_sigma_square"
-                                                                : "three_sigma_tiles";
-}
-char const* to_string(splat::Arithmetic arithmetic)
-{
-    return arithmetic == splat::Arithmetic::precise ? "precise" : "fast";
-}
-
-/// Describes the machine of these facts, and its policies.
-void describe_machine(Options const& options, tilemesh::render::Setup const& setup, std::uint32_t storage_slots, std::uint32_t channel_slots,
-                      splat::Rules const& rules, report::RunReport& run)
-{
-    run.machine = {setup.machine.name, setup.machine.sram_bytes, storage_slots, channel_slots, tilemesh::render::ledger_of(setup)};
-    run.preset = setup.name;
-    run.cut_offs = {rules.alpha_min, rules.transmittance_min, rules.alpha_max};
-    run.background = {rules.background[0], rules.background[1], rules.background[2]};
-    run.policies = {splat::RowFirst::name,
-                    setup.carried ? splat::Carried::name : splat::Recomputed::name,
-                    !setup.ranks ? (setup.holds ? splat::Hold::name : splat::Drop::name)
-                    : setup.holds ? splat::LargestFirst<splat::Hold>::name
-                                                : splat::LargestFirst<splat::Drop>::name,
-                    to_string(rules.footprint),
-                    setup.reusable ? splat::WorldCopies::name : splat::ScreenCopies::name,
-                    setup.colour == tilemesh::render::ColourFormat::rgbx8 ? splat::Rgbx8Pixel::name : splat::FloatPixel::name,
-                    to_string(rules.arithmetic),
-                    options.renderer.hops,
-                    options.renderer.rounds};
-}
-
 report::RunReport describe_run(Options const& options, scene::Map const& map, std::uint64_t gaussians, tilemesh::Renderer& renderer)
 {
-    auto const limited = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? asked : own; };
     report::RunReport run;
     run.map = {map.name, map.path, gaussians, map.rejected, map.notes};
-    run.program = options.renderer.program;
     run.engine =
         render_map::ranks::number() > 1                            ? "mpi"
         : options.choice.engine == render_map::EngineKind::threads ? "threads"
                                                                    : "sequential";
     run.ranks = render_map::ranks::number();
-    run.threads = options.renderer.threads;
-    run.quality = options.renderer.quality ? splat::name(*options.renderer.quality) : "default";
-    describe_machine(options, renderer.setup(), limited(options.renderer.storage_slots, renderer.setup().sizes.storage),
-                     limited(options.renderer.channel_slots, renderer.channel_slots()), renderer.rules(), run);
+    tilemesh::render::describe(run, renderer.setup(), renderer.rules(), options.renderer);
     return run;
 }
 
@@ -107,14 +71,10 @@ void describe_homes(Options const& options, render_map::Needs const& needs, tile
     auto const choice = render_map::homes_of(options.choice, renderer.setup().sh_degree);
     auto const layout = tilemesh::render::layout_homes(choice, options.renderer, {first->report.width, first->report.height},
                                                        run.map.gaussians - needs.used.culled);
-    auto const limit = [](std::uint32_t asked, std::uint32_t own) { return asked != 0 ? std::min(asked, own) : own; };
-    auto const& o = options.renderer;
-    describe_machine(options, layout.setup,
-                     limit(o.held_slots != 0 ? o.held_slots : o.storage_slots, layout.setup.sizes.storage), limit(o.channel_slots, layout.setup.sizes.road),
-                     renderer.rules(), run);
+    tilemesh::render::describe(run, layout.setup, renderer.rules(), options.renderer);
     if (run.program != report::Program::automatic) return;
     auto const anchored = tilemesh::render::checked(setup_for(options.choice, needs.used));
-    bool const room = tilemesh::render::may_fit_anchored(0, anchored, o).frame({first->report.width, first->report.height});
+    bool const room = tilemesh::render::may_fit_anchored(0, anchored, options.renderer).frame({first->report.width, first->report.height});
     run.notes.push_back("from " + first->image + " on, the program of homes renders (" +
                         (room ? "on anchored tiles, records or copies would be missing)" : "anchored tiles have no room for its pixels)"));
 }

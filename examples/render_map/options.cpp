@@ -87,8 +87,8 @@ OnlyAnchored only_anchored(Options const& o)
     auto const setup = setup_of(o.choice, 0);
     auto const of_preset = [&](bool asked, char const* option) { return asked ? std::string(option) : std::string("--preset ") + setup.name; };
     if (!setup.holds)
-        return {of_preset(o.choice.saturation.has_value(), "--saturation drop"), "homes drop nothing", o.choice.saturation ? "" : "add --saturation hold"};
-    if (!setup.reusable) return {of_preset(o.choice.copies.has_value(), "--copies screen"), "homes send no copies to keep", ""};
+        return {of_preset(o.choice.names("saturation"), "--saturation drop"), "homes drop nothing", o.choice.names("saturation") ? "" : "add --saturation hold"};
+    if (!setup.reusable) return {of_preset(o.choice.names("copies"), "--copies screen"), "homes send no copies to keep", ""};
     if (setup.ranks) return {"--priority largest", "homes lose nothing that a rank could save", ""};
     if (o.renderer.hops != 0) return {"--hops", "homes have no routing to end; --rounds ends a frame of homes", ""};
     if (o.renderer.tile.width != 0) return {"--tile", "homes divide the frame into blocks of 16 x 5 pixels", "choose --grid"};
@@ -130,15 +130,10 @@ void check_together(Options const& o, OptionTable const& table)
                 throw Error("--" + option + " and " + (only.option.empty() ? "--program anchored" : only.option) +
                             " are both given (only the program of homes has " + option + "); leave one of them out");
 
-    auto const shares_channels = [&](Preset preset) {
-        auto choice = o.choice;
-        choice.preset = preset;
-        return setup_of(choice, 0).sizes.one_channel_memory;
-    };
-    if (o.renderer.hops != 0 && shares_channels(o.choice.preset)) {
+    if (o.renderer.hops != 0 && setup_of(o.choice, 0).sizes.one_channel_memory) {
         std::string others;
-        for (auto const& [word, preset] : presets)
-            if (!shares_channels(static_cast<Preset>(preset))) others.append(others.empty() ? "" : " or ").append("--preset ").append(word);
+        for (auto const& [word, preset] : tilemesh::render::setup_fields[tilemesh::render::setup_field("preset")].values.words)
+            if (!setup_of(o.choice.with_preset(word), 0).sizes.one_channel_memory) others.append(others.empty() ? "" : " or ").append("--preset ").append(word);
         throw Error("--hops " + std::to_string(o.renderer.hops) + " and --preset " + setup_of(o.choice, 0).name +
                     " are both given (its routing and bloom take turns in one set of channels, which a bound on hops would leave full); choose " +
                     others + ", or leave --hops out");
@@ -270,6 +265,7 @@ OptionTable table_of(Options& o)
     table.add("What to compare with", o, photograph_rows, photograph_pairings);
     table.add("What to compare with", o, picture_rows);
     table.add("The machine and its rules", o, setup_rows);
+    table.add("The machine and its rules", o, policy_rows);
     table.add("The host", o, engine_rows);
     table.add("The host", o, host_rows);
     table.says("threads", "number of host threads [all of this machine's]");

@@ -27,8 +27,10 @@ void set_from_json(Of& of, Option<Of> const& row, Json const& json)
     }
     bool const wants_text = row.form == Form::word || row.form >= Form::text;
     bool good = json.is_array() ? row.form == Form::size || row.form == Form::three : json.is_string() == wants_text && !json.is_structured();
-    if (json.is_string()) text = json.template get<std::string>();
-    else if (!json.is_array()) text = text_of(json);
+    if (json.is_string()) {
+        text = json.template get<std::string>();
+        good = good || std::any_of(row.words.begin(), row.words.end(), [&](Word const& one) { return one.word == text; });
+    } else if (!json.is_array()) text = text_of(json);
     else
         for (auto const& one : json) {
             text.append(text.empty() ? "" : row.form == Form::size ? "x" : ",").append(text_of(one));
@@ -47,7 +49,9 @@ Json to_json(Of const& of, Option<Of> const& row)
     case Form::flag:
         return v.whole != 0;
     case Form::whole:
-        return static_cast<std::int64_t>(v.whole);
+        for (auto const& one : row.words)
+            if (v.text == one.word) return std::string(v.text);
+        return static_cast<std::int64_t>(v.text.empty() ? v.whole : row.read(v.text).whole);
     case Form::number:
         return v.number;
     case Form::three:

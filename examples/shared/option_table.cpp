@@ -1,14 +1,8 @@
 #include "option_table.hpp"
 #include "text.hpp"
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <numeric>
 #include <stdexcept>
-#include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/number_text.hpp>
-#include <utility>
 
 namespace shared {
 
@@ -24,88 +18,31 @@ std::string in_quotes(std::string_view text)
 
 std::string digits(double value)
 {
-    if (value == std::floor(value) && std::fabs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
-    std::array<char, 32> text{};
-    return {text.data(), tilemesh::write_number(text.data(), text.data() + text.size(), value).ptr};
-}
-
-/// A whole number that fills the text, within limits.
-std::optional<std::uint64_t> whole_of(std::string_view text, double least, double most)
-{
-    std::uint64_t value = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    bool const good = error == std::errc{} && end == text.data() + text.size() && static_cast<double>(value) >= least && static_cast<double>(value) <= most;
-    return good ? std::optional(value) : std::nullopt;
-}
-/// A number that fills the text, within limits. A sign + is allowed.
-std::optional<double> number_of(std::string_view text, double least, double most)
-{
-    double value = 0;
-    if (text.starts_with('+')) text.remove_prefix(1);
-    auto const [end, error] = tilemesh::read_number(text.data(), text.data() + text.size(), value);
-    bool const good = error == std::errc{} && end == text.data() + text.size() && std::isfinite(value) && value >= least && value <= most;
-    return good ? std::optional(value) : std::nullopt;
-}
-
-/// Two: "hold or drop". More: "float, rgbx8, other".
-std::string list_of(std::span<Word const> words, std::string_view between)
-{
-    std::string text;
-    for (auto const& [word, number] : words) text.append(text.empty() ? "" : between).append(word);
-    return text;
-}
-
-/// The least number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b)
-{
-    std::vector<std::size_t> before_last, last, row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        before_last = std::exchange(last, row);
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
-            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-                row[j] = std::min(row[j], before_last[j - 2] + 1);
-        }
-    }
-    return row.back();
+    return tilemesh::render::Values{}.text(value);
 }
 
 } // namespace
 
-std::string_view nearest(std::string_view unknown, std::vector<std::string_view> const& names)
+tilemesh::render::Values OptionRow::values() const
 {
-    std::string_view best;
-    std::size_t least = 100; // more than every name's length
-    if (unknown.size() < least)
-        for (auto const name : names) {
-            auto distance = edit_distance(unknown, name);
-            if (unknown.size() > 1 && name.starts_with(unknown)) distance = 1;
-            if (distance < least && 3 * distance <= name.size() + 2) {
-                least = distance;
-                best = name;
-            }
-        }
-    return best;
+    using tilemesh::render::Values;
+    bool const is_whole = form == Form::whole || form == Form::size;
+    return {is_whole ? Values::whole : form == Form::word ? Values::word : Values::number, least, most, unit, words};
 }
 
 std::string OptionRow::takes() const
 {
     if (!why.empty()) return std::string(why);
-    auto const range = most >= any_number - 1 && least <= 1 ? ", 1 or more" : " from " + digits(least) + " to " + digits(most);
-    auto const in_unit = unit.empty() ? std::string() : ", in " + std::string(unit);
+    auto const range = " from " + digits(least) + " to " + digits(most);
     switch (form) {
     case Form::whole:
-        return "it takes a whole number" + range + in_unit;
     case Form::number:
-        return "it takes " + (least < most ? "a number" + range + in_unit : std::string(unit) + ", a number");
     case Form::word:
-        return "there are " + list_of(words, words.size() == 2 ? " or " : ", ");
+        return values().takes();
     case Form::size:
         return "it takes WxH, a width and a height: two whole numbers" + range;
     case Form::three:
-        return "it takes " + std::string(value) + ", three numbers" + range + in_unit;
+        return "it takes " + std::string(value) + ", three numbers" + range + (unit.empty() ? "" : ", in " + std::string(unit));
     default:
         return "it takes " + std::string(value);
     }
@@ -114,9 +51,10 @@ std::string OptionRow::takes() const
 std::string OptionRow::help() const
 {
     std::string text(meaning);
-    if (auto const at = text.find("{}"); at != std::string::npos)
-        text.replace(at, 2, words.empty() ? digits(least) + " to " + digits(most) : list_of(words, " | "));
-    return text;
+    std::string list;
+    for (auto const& one : words) list.append(list.empty() ? "" : " | ").append(one.word);
+    if (auto const at = text.find("{}"); at != std::string::npos) text.replace(at, 2, words.empty() ? digits(least) + " to " + digits(most) : list);
+    return standard.empty() ? text : text + " [" + std::string(standard) + "]";
 }
 
 OptionValue OptionRow::read(std::string_view text) const
@@ -142,21 +80,21 @@ OptionValue OptionRow::read(std::string_view text) const
         out.whole = 1;
         break;
     case Form::whole:
-        if (auto const n = whole_of(text, least, most)) out.whole = *n;
+        if (auto const n = values().read(text)) out.whole = static_cast<std::uint64_t>(*n);
         else good = false;
         break;
     case Form::number:
-        if (auto const n = number_of(text, least < most ? least : -HUGE_VAL, least < most ? most : HUGE_VAL)) out.number = *n;
+        if (auto const n = values().read(text)) out.number = *n;
         else good = false;
         break;
     case Form::word:
         good = false;
         break;
     case Form::size:
-        parts(2, 'x', [&](std::string_view part) { return whole_of(part, least, most); });
+        parts(2, 'x', [&](std::string_view part) { return values().read(part); });
         break;
     case Form::three:
-        parts(3, ',', [&](std::string_view part) { return number_of(part, least, most); });
+        parts(3, ',', [&](std::string_view part) { return values().read(part); });
         break;
     case Form::text:
         if (text.empty() || (most > 0 && static_cast<double>(text.size()) > most)) good = false;

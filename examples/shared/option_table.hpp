@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tilemesh/render/setup_fields.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -17,15 +19,7 @@
 /// keys of studies come from such rows.
 namespace shared {
 
-/// A word that an option takes, and the number that it stands for.
-struct Word {
-    std::string_view word;
-    std::uint64_t number;
-    template <class T>
-    constexpr Word(std::string_view text, T value) : word(text), number(static_cast<std::uint64_t>(value))
-    {
-    }
-};
+using tilemesh::render::any_number, tilemesh::render::nearest, tilemesh::render::Word;
 
 /// What an option takes: nothing, a whole number (or one of its words), a number, one of its words, WxH, three numbers, a text, the path of
 /// a file that is read, another path.
@@ -60,15 +54,16 @@ struct OptionRow {
     std::string_view unit{};    ///< of the number
     std::string_view example{}; ///< a value for errors; empty: the least one
     std::string_view why{};     ///< what an error says that the option takes; empty: form, limits and words say it
+    std::string_view standard{}; ///< the default, which --help shows in []; empty: the meaning ends with it
 
     /// "it takes a whole number from 1 to 64"
     std::string takes() const;
+    tilemesh::render::Values values() const;
     /// The meaning with its words or limits.
     std::string help() const;
     /// Throws `Misfit` for a text that is no such value.
     OptionValue read(std::string_view text) const;
 };
-inline constexpr double any_number = 0xffffffffu;
 
 /// A row of the options that are members of `Of`.
 template <class Of>
@@ -163,6 +158,44 @@ constexpr Option<typename P::Owner> option(std::string_view name, std::string_vi
             [](typename P::Owner& o, OptionValue const& v) { detail::assign(P::in(o), v); },
             [](typename P::Owner const& o) { return detail::value_of(P::in(o)); }};
 }
+/// The row of a field of setups (render/setup_fields.hpp): its name, values and meaning, with another member that it sets.
+template <std::size_t Field, auto... Members, class P = detail::Path<Members...>>
+constexpr Option<typename P::Owner> field(std::string_view value, std::string_view standard, std::string_view meaning = {}, std::size_t first_word = 0)
+{
+    auto const& of = tilemesh::render::setup_fields[Field];
+    auto row = option<Members...>(of.name, value, meaning.empty() ? of.meaning : meaning, {of.values.least, of.values.most, of.values.unit},
+                                  of.values.words.subspan(std::min(first_word, of.values.words.size())));
+    if (!of.values.words.empty()) row.form = Form::word;
+    row.standard = standard;
+    return row;
+}
+/// The row of a field whose value, if one is given, goes into a list of values.
+template <std::size_t Field, auto... Members, class P = detail::Path<Members...>>
+constexpr Option<typename P::Owner> listed(std::string_view standard)
+{
+    using tilemesh::render::Values;
+    constexpr auto const& of = tilemesh::render::setup_fields[Field];
+    constexpr auto form = of.values.kind == Values::word ? Form::word : of.values.kind == Values::whole ? Form::whole : Form::number;
+    Option<typename P::Owner> row{{of.name, form == Form::word ? "NAME" : "N", of.meaning, form, of.values.least, of.values.most, of.values.words, of.values.unit},
+                                  [](typename P::Owner& o, OptionValue const& v) { P::in(o).emplace_back(of.name, v.text); }};
+    row.standard = standard;
+    return row;
+}
+/// The rows of the fields that every program has: `row(std::integral_constant<std::size_t, Field>())` makes one.
+constexpr auto rows_of_everyone(auto const& row)
+{
+    using tilemesh::render::setup_fields, tilemesh::render::SetupField;
+    constexpr auto count = std::count_if(std::begin(setup_fields), std::end(setup_fields), [](auto const& f) { return f.use == SetupField::everyone; });
+    constexpr auto fields = [] {
+        std::array<std::size_t, std::size_t{count}> numbers{};
+        for (std::size_t i = 0, n = 0; i < std::size(setup_fields); ++i)
+            if (setup_fields[i].use == SetupField::everyone) numbers[n++] = i;
+        return numbers;
+    }();
+    return [&]<std::size_t... I>(std::index_sequence<I...>) {
+        return std::array{row(std::integral_constant<std::size_t, fields[I]>())...};
+    }(std::make_index_sequence<std::size_t{count}>());
+}
 /// A row whose words are the only values.
 template <auto... Members>
 constexpr auto words(std::string_view name, std::string_view value, std::string_view meaning, std::span<Word const> all)
@@ -185,9 +218,6 @@ struct Pairing {
     enum Kind : unsigned char { needs, excludes } kind;
     std::string_view option, other, why;
 };
-
-/// The name that differs from `unknown` in at most a third of its letters, or begins like it; empty if there is none.
-std::string_view nearest(std::string_view unknown, std::vector<std::string_view> const& names);
 
 /// The options of a program: groups of rows over the parts of its Options.
 class OptionTable {

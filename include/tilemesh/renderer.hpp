@@ -66,7 +66,7 @@ inline constinit MakeCore* make_other_core = nullptr;
 /// is missing; a frame that would lack records or copies, or has more pixels than anchored tiles have room for, is rendered by homes instead,
 /// and so are all later frames. The frame at the change runs both; its report is that of homes, with the host time of both. If
 /// homes have no room for the map either, the anchored program goes on, and its reports list what is missing. `automatic` stays anchored where
-/// homes lack something: a setup that drops or copies splats, bounded hops, a tile's size, sizes in the options.
+/// homes lack something: a setup that drops, ranks or copies splats, bounded hops, a tile's size, sizes in the options.
 ///
 /// Policies of your own, and engines of another machine, are types: `BasicRenderer` (basic_renderer.hpp) renders with one setup type
 /// on one engine, and a Renderer takes it as its core.

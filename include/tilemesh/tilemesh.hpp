@@ -53,10 +53,12 @@
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
 #include <tilemesh/model/trace_section.hpp>
+#include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/error_measures.hpp>

@@ -1,9 +1,11 @@
 #pragma once
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <utility>
 #include <vector>
@@ -134,7 +136,7 @@ inline std::vector<std::pair<std::string, Json>> spoiled(Json const& document)
     return out;
 }
 
-/// The schema of report.json with all numbers of `report_fields` among the members of a frame.
+/// The schema of report.json with all numbers of `report_fields` among the members of a frame, and all of `setup_fields` in `setup`.
 inline Json with_fields(Json schema)
 {
     auto& frame = schema["$defs"]["frame"];
@@ -158,6 +160,25 @@ inline Json with_fields(Json schema)
         last = group;
         add(object, field);
     }
+    Json setup = {{"description", "The fields of the setup that ran."}, {"type", "object"}, {"additionalProperties", false}};
+    setup["required"] = Json::array(), setup["properties"] = Json::object();
+    namespace render = tilemesh::render;
+    for (auto const& field : render::setup_fields) {
+        if (field.use == render::SetupField::several) continue;
+        std::string name(field.name), meaning(field.meaning);
+        std::replace(name.begin(), name.end(), '-', '_');
+        if (auto const at = meaning.find(": {}"); at != meaning.npos) meaning.erase(at);
+        if (!field.values.unit.empty() && field.values.unit != "tiles") meaning += ", in " + std::string(field.values.unit);
+        meaning[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning[0])));
+        auto& of = setup["properties"][name] = {{"description", meaning + "."}};
+        if (field.values.kind == render::Values::word)
+            for (auto const& word : field.values.words) of["enum"].push_back(word.word);
+        else of["type"] = field.values.kind == render::Values::whole ? "integer" : "number", of["minimum"] = 0;
+        setup["required"].push_back(name);
+    }
+    schema["properties"]["setup"] = setup;
+    auto& required = schema["required"];
+    if (std::find(required.begin(), required.end(), "setup") == required.end()) required.push_back("setup");
     return schema;
 }
 

@@ -68,11 +68,11 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
     if (options.sizes) anchored.sizes = *options.sizes;
     auto const program = setup.program != Program::anchored ? setup.program : options.program;
     if (setup.program != Program::homes) anchored.program = Program::anchored;
-    bool const drops_or_copies_splats = setup.program != Program::homes && (!setup.holds || !setup.reusable);
-    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || drops_or_copies_splats;
+    bool const lacks = setup.program != Program::homes && (!setup.holds || !setup.reusable || setup.ranks);
+    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || lacks;
     if (program == Program::homes && only_anchored)
-        throw Error("the program of homes with bounded hops, a tile's size, sizes in the options, or a setup that drops or copies splats (only "
-                    "the anchored program has these); leave them out, or choose Program::anchored");
+        throw Error("the program of homes with bounded hops, a tile's size, sizes in the options, or a setup that drops, ranks or copies splats "
+                    "(only the anchored program has these); leave them out, or choose Program::anchored");
     auto const of_homes = homes ? *homes : setup.program == Program::homes ? setup : splat::as_homes(setup);
     if (program == Program::homes) {
         core_ = render::make_core(std::move(map), of_homes, options);

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -267,6 +268,15 @@ inline std::string text_of_head(RunReport const& run)
             for (float const channel : run.background) {
                 json.item();
                 json.value(double{channel});
+            }
+        });
+        json.key("setup");
+        json.object([&] {
+            for (auto const& field : run.setup) {
+                json.key(field.name);
+                if (!field.word.empty()) json.value(field.word);
+                else if (field.number == std::floor(field.number)) json.value(static_cast<std::uint64_t>(field.number));
+                else json.value(field.number);
             }
         });
         json.key("features");

@@ -82,6 +82,11 @@ struct RunReport {
         float alpha_min = 0, transmittance_min = 0, alpha_max = 0;
     } cut_offs;                                    ///< of splat::Rules
     std::array<float, 3> background{};             ///< linear RGB, 0 to 1
+    struct Field {
+        std::string name, word;                    ///< without a word, the number counts
+        double number = 0;
+    };
+    std::vector<Field> setup;                      ///< every field of the setup that ran (render/setup_fields.hpp)
     struct Feature {
         std::string name;                          ///< "routing"
         bool kept = true;                          ///< false: not compiled into the program that ran, or not loaded
