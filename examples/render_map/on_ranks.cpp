@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <mpi.h>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -58,9 +60,8 @@ struct Load {
 };
 /// What all processes need to make the same renderer, besides the map.
 struct Plan {
-    Choice choice;
-    tilemesh::RendererOptions options;
-    bool homes = false;
+    tilemesh::render::Setup setup{}; ///< its names follow
+    tilemesh::RendererOptions options{};
     bool all_visible = false; ///< of the demand: every row may be visible
     std::uint64_t culled = 0;
     std::uint32_t sh_degree = 0;
@@ -76,11 +77,11 @@ void share(T& object)
     MPI_Bcast(&object, static_cast<int>(sizeof object), MPI_BYTE, 0, all->comm());
 }
 
-MakeRankRenderer& maker_of(Choice const& choice, tilemesh::render::Setup const& setup)
+MakeRankRenderer& maker_of(tilemesh::render::Setup const& setup)
 {
     if (!setup.routes && !setup.blooms) return on_ranks_placed_unspread;
     if (!setup.routes) return setup.sh_degree == 0 ? on_ranks_placed : on_ranks_placed_shaded;
-    if (choice.planes()) return setup.sh_degree == 0 ? on_ranks_planes : on_ranks_shaded_planes;
+    if (setup.has_planes()) return setup.sh_degree == 0 ? on_ranks_planes : on_ranks_shaded_planes;
     return setup.sh_degree == 0 ? on_ranks_plain : on_ranks_shaded;
 }
 
@@ -177,6 +178,16 @@ void scan(std::vector<splat::Camera> path, splat::Rules const& rules, tilemesh::
 std::unique_ptr<tilemesh::render::Core> make_in_all(Plan plan, std::vector<std::uint64_t> views)
 {
     share(plan);
+    static std::list<std::vector<char>> all_names; // of the setups; each ends with 0
+    auto& names = all_names.emplace_back();
+    if (all->rank() == 0)
+        for (std::string_view const name : {plan.setup.name, plan.setup.machine.name}) {
+            names.insert(names.end(), name.begin(), name.end());
+            names.push_back('\0');
+        }
+    all->share(names);
+    plan.setup.name = names.data();
+    plan.setup.machine.name = names.data() + std::string_view(names.data()).size() + 1;
     all->share(views);
     std::unique_ptr<tilemesh::render::Core> renderer;
     all->together([&] {
@@ -191,13 +202,12 @@ std::unique_ptr<tilemesh::render::Core> make_in_all(Plan plan, std::vector<std::
         demand.gaussians = rows_of_all;
         demand.scanned = std::move(views);
         plan.options.rows_of_all_parts = static_cast<std::uint32_t>(rows_of_all - plan.culled);
-        if (plan.homes) {
-            auto const choice = homes_of(plan.choice, std::min(plan.sh_degree, part.sh_degree));
-            auto& make = choice.sh_degree == 0 && !plan.choice.planes() ? homes_on_ranks_plain : homes_on_ranks_any;
-            renderer = make(map, choice, plan.options, all->comm());
+        auto const& setup = plan.setup;
+        if (setup.program == splat::Program::homes) {
+            auto& make = setup.sh_degree == 0 && !setup.has_planes() ? homes_on_ranks_plain : homes_on_ranks_any;
+            renderer = make(map, setup, plan.options, all->comm());
         } else {
-            auto const setup = setup_for(plan.choice, demand);
-            renderer = maker_of(plan.choice, setup)(map, tilemesh::render::checked(setup), plan.options, all->comm());
+            renderer = maker_of(setup)(map, tilemesh::render::checked(setup), plan.options, all->comm());
         }
         renderer->hold_to(demand);
     });
@@ -236,12 +246,11 @@ private:
 std::unique_ptr<tilemesh::render::Core> make_numbered(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options, bool homes)
 {
     std::uint32_t const number = homes ? 1 : 0;
+    Plan plan{homes ? homes_of(choice, std::min(demand.sh_degree, part.sh_degree)) : setup_for(choice, demand), options, demand.visible.empty(),
+              demand.culled, demand.sh_degree, demand.moves, demand.spans};
     Command command{.order = Order::make, .number = number};
     share(command);
-    return std::make_unique<OrderingCore>(make_in_all({choice, options, homes, demand.visible.empty(), demand.culled, demand.sh_degree,
-                                                        demand.moves, demand.spans},
-                                                       demand.scanned),
-                                           number);
+    return std::make_unique<OrderingCore>(make_in_all(plan, demand.scanned), number);
 }
 
 /// Obeys the first process until its end. An Error of a frame is the first process's Error, too, which reports it.
