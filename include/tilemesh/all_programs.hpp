@@ -7,7 +7,8 @@
 #include <utility>
 
 /// All programs and engines of a Renderer: anchored and homes, on host threads and on the engine that checks, with a trace or without. With
-/// headers alone, include it in one source file of the program. A program that links tilemesh::compiled need not.
+/// headers alone, one source file of the program defines TILEMESH_ALL_PROGRAMS before its first include, and includes this header or
+/// tilemesh.hpp. A program that links tilemesh::compiled has all.
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
 /// Makes core `R`, whose mesh is a PortMesh.
@@ -20,7 +21,7 @@ std::unique_ptr<Core> make_on_port(scene::Map map, Setup const& setup, RendererO
     return std::make_unique<R>(std::move(map), setup, options, std::move(engine));
 }
 
-#if !defined(TILEMESH_COMPILED)
+#if defined(TILEMESH_ALL_PROGRAMS) && !defined(TILEMESH_COMPILED)
 /// Tells Renderer, before `main`.
 inline bool const has_all_programs = [] {
     make_other_core = [](scene::Map map, Setup const& setup, RendererOptions const& options) {

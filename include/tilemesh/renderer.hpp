@@ -59,8 +59,8 @@ inline constinit MakeCore* make_other_core = nullptr;
 /// It is the same type in every build. What it runs is a value: the setup (splat/setup.hpp) has machine, sizes and policies, and the options
 /// name the program and the engine of this process, and ask for a trace. A host keeps each record once, moves references, and
 /// projects each record once per view; pictures and reports are those of a machine that moves values (render/host_form.hpp). With headers alone,
-/// this header has the anchored program on host threads; other programs and engines, and traces, are in <tilemesh/all_programs.hpp>, which one
-/// source file of a program includes. tilemesh::compiled has all.
+/// this header has the anchored program on host threads; other programs and engines, and traces, are in <tilemesh/all_programs.hpp>.
+/// tilemesh::compiled has all.
 ///
 /// **Programs.** `anchored`: records move to anchor tiles. `homes`: a map of any density, in rounds. `automatic`: anchored as long as nothing
 /// is missing; a frame that would lack records or copies, or has more pixels than anchored tiles have room for, is rendered by homes instead,

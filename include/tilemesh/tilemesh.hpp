@@ -3,11 +3,11 @@
 /// scene, report and track, and those beside the folders. It leaves out public headers that a program includes in addition:
 /// - headers that need another library: report/json.hpp and report/json_frame.hpp (nlohmann-json), scene/codec_*.hpp (zlib, libzstd,
 ///   libwebp), mpi/ (MPI), poplar/ (the Poplar SDK);
-/// - all_programs.hpp, because one source file of a program is enough;
 /// - mapping/ and slam/, because few programs make maps, and these headers take seconds to compile.
 #if __cplusplus < 202002L
 #error "tilemesh: the host side needs C++20; build with -std=c++20"
 #endif
+#include <tilemesh/all_programs.hpp>
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>

@@ -45,7 +45,8 @@ TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup
                                                                                            : nullptr;
     if (lacking != nullptr)
         throw Error(std::string(lacking) + " in a program that has headers alone (renderer.hpp has the whole anchored program on host threads); "
-                                           "include <tilemesh/all_programs.hpp> in one source file, or link tilemesh::compiled");
+                                           "define TILEMESH_ALL_PROGRAMS in a source file that includes <tilemesh/all_programs.hpp>, or link "
+                                           "tilemesh::compiled");
     using Policies = splat::PoliciesOf<splat::Referenced<splat::Lossless>>;
     return std::make_unique<FrameRenderer<Policies, Mesh, AnyMachine>>(std::move(map), setup, options, MeshOptions{});
 #endif
