@@ -84,7 +84,7 @@ TEST_CASE("a field reads the number and the text that it wrote, up to its limits
 {
     CHECK(unlike(setup_fields) == std::vector<std::string>{});
     // A row that reads another member than it writes is found.
-    SetupField const wrong[] = {{"beam-slots", render::detail::number_of_slots, "", [](Setup const& s) { return static_cast<double>(s.sizes.road); },
+    SetupField const wrong[] = {{"beam-slots", render::detail::in_slots, "", [](Setup const& s) { return static_cast<double>(s.sizes.road); },
                                  [](Setup& s, double n) { s.sizes.beam = static_cast<std::uint32_t>(n); }}};
     CHECK(unlike(wrong).front() == "beam-slots");
     for (auto const& field : setup_fields) {

@@ -122,7 +122,7 @@ public:
     template <class Host>
     void load(Host& host, splat::Tiling const& tiling, bool rendered)
     {
-        auto const next = load_rows(host, tiling, rendered, missing_.size(), [&](std::uint64_t i) { return missing_[i]; });
+        auto const next = load_rows(host, tiling, rendered, missing_.size(), [&](std::uint64_t i) { return missing_[static_cast<std::size_t>(i)]; });
         missing_.erase(missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(next));
         if (!missing_ids_.empty()) missing_ids_.erase(missing_ids_.begin(), missing_ids_.begin() + static_cast<std::ptrdiff_t>(next));
     }
@@ -203,7 +203,7 @@ private:
             auto splats = mesh.template state<splat::Splats<P>>(tile);
             for (std::uint64_t n = 0; n < most && next < rows; ++n, ++next) {
                 auto const row = row_of(next);
-                auto const id = missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[next];
+                auto const id = missing_ids_.empty() ? splat::GaussianId::none : missing_ids_[static_cast<std::size_t>(next)];
                 auto const g = loading.record([&] { return record_of(mesh, row); }, id);
                 if constexpr (by_reference) cache_->put(row);
                 ++mesh.template state<splat::Counts>(tile).changes;

@@ -80,8 +80,8 @@ inline constexpr Word stops[] = {{"after_crossing", splat::Stop::after_crossing}
 inline constexpr Word near_planes[] = {{"of_camera", splat::NearPlane::of_camera}, {"fixed", splat::NearPlane::fixed}};
 inline constexpr Word borders[] = {{"of_picture", splat::SlopeBorder::of_picture}, {"of_half_width", splat::SlopeBorder::of_half_width}};
 
-constexpr Values number_of_slots{Values::whole, 0, any_number, "slots"};
-constexpr Values share_of_one{Values::number, 0, 1};
+constexpr Values in_slots{Values::whole, 0, any_number, "slots"};
+constexpr Values as_share{Values::number, 0, 1};
 } // namespace detail
 
 /// A field of `Setup`: its name, the values that it takes, its meaning, and the member that it reads and writes. Options of programs and
@@ -125,7 +125,7 @@ inline constexpr SetupField setup_fields[] = {
     {"machine", {.words = detail::machines}, "mk2 | test (64 MiB per tile, room for a whole map)",
      detail::machine_of, detail::set_machine, SetupField::several},
     {"quality", {.words = detail::qualities}, "cut-offs and rules of the picture: {}", detail::quality_of, detail::set_quality, SetupField::several},
-    {"channel-slots", detail::number_of_slots, "messages in one channel end of routing, and of bloom",
+    {"channel-slots", detail::in_slots, "messages in one channel end of routing, and of bloom",
      [](splat::Setup const& s) {
          return static_cast<double>(s.program == splat::Program::homes || s.sizes.road < s.sizes.beam ? s.sizes.road : s.sizes.beam);
      },
@@ -149,12 +149,12 @@ inline constexpr SetupField setup_fields[] = {
     {"workers", {Values::whole, 1, 1024, "workers"}, "threads of a tile", [](auto& s) -> auto& { return s.machine.workers; }},
     {"clock", {Values::whole, 1, any_number, "kHz"}, "clock of a tile", [](auto& s) -> auto& { return s.machine.clock_khz; }},
 
-    {"storage-slots", detail::number_of_slots, "records and copies that a tile stores; homes: splats of a window that it holds",
+    {"storage-slots", detail::in_slots, "records and copies that a tile stores; homes: splats of a window that it holds",
      [](auto& s) -> auto& { return s.sizes.storage; }},
-    {"road-slots", detail::number_of_slots, "messages in one channel end of routing; homes: splats under way", [](auto& s) -> auto& { return s.sizes.road; }},
-    {"beam-slots", detail::number_of_slots, "messages in one channel end of bloom", [](auto& s) -> auto& { return s.sizes.beam; }},
-    {"waiting-slots", detail::number_of_slots, "messages in each FIFO of routing", [](auto& s) -> auto& { return s.sizes.waiting; }},
-    {"home-slots", detail::number_of_slots, "homes: records that live on a tile", [](auto& s) -> auto& { return s.sizes.homes; }},
+    {"road-slots", detail::in_slots, "messages in one channel end of routing; homes: splats under way", [](auto& s) -> auto& { return s.sizes.road; }},
+    {"beam-slots", detail::in_slots, "messages in one channel end of bloom", [](auto& s) -> auto& { return s.sizes.beam; }},
+    {"waiting-slots", detail::in_slots, "messages in each FIFO of routing", [](auto& s) -> auto& { return s.sizes.waiting; }},
+    {"home-slots", detail::in_slots, "homes: records that live on a tile", [](auto& s) -> auto& { return s.sizes.homes; }},
     {"tile-pixels", {Values::whole, 0, any_number, "pixels"}, "pixels of a tile's framebuffer", [](auto& s) -> auto& { return s.sizes.tile_pixels; }},
     {"lists-fit", {.words = detail::switches}, "marks, projected records and sort keys count against the SRAM",
      [](auto& s) -> auto& { return s.sizes.lists_fit; }},
@@ -198,15 +198,15 @@ inline constexpr SetupField setup_fields[] = {
     {"slope-border", {.words = detail::borders}, "the border that bounds the slopes of a splat: {}",
      [](splat::Setup const& s) { return static_cast<double>(s.rules.slope_border); },
      [](splat::Setup& s, double n) { s.rules.slope_border = static_cast<splat::SlopeBorder>(n); }},
-    {"alpha-min", detail::share_of_one, "a term below it does not count", [](auto& s) -> auto& { return s.rules.alpha_min; }},
-    {"alpha-max", detail::share_of_one, "alpha is at most this", [](auto& s) -> auto& { return s.rules.alpha_max; }},
-    {"transmittance-min", detail::share_of_one, "a pixel below it is finished", [](auto& s) -> auto& { return s.rules.transmittance_min; }},
+    {"alpha-min", detail::as_share, "a term below it does not count", [](auto& s) -> auto& { return s.rules.alpha_min; }},
+    {"alpha-max", detail::as_share, "alpha is at most this", [](auto& s) -> auto& { return s.rules.alpha_max; }},
+    {"transmittance-min", detail::as_share, "a pixel below it is finished", [](auto& s) -> auto& { return s.rules.transmittance_min; }},
     {"dilation", {Values::number, 0, 1e3, "pixels squared"}, "added to both variances of a splat", [](auto& s) -> auto& { return s.rules.dilation; }},
     {"jacobian-limit", {Values::number, 0, 1e3}, "slopes are clamped to so many distances to the border; 0: no clamp",
      [](auto& s) -> auto& { return s.rules.jacobian_limit; }},
-    {"background-red", detail::share_of_one, "the colour behind the splats: red", [](auto& s) -> auto& { return s.rules.background[0]; }},
-    {"background-green", detail::share_of_one, "green", [](auto& s) -> auto& { return s.rules.background[1]; }},
-    {"background-blue", detail::share_of_one, "blue", [](auto& s) -> auto& { return s.rules.background[2]; }},
+    {"background-red", detail::as_share, "the colour behind the splats: red", [](auto& s) -> auto& { return s.rules.background[0]; }},
+    {"background-green", detail::as_share, "green", [](auto& s) -> auto& { return s.rules.background[1]; }},
+    {"background-blue", detail::as_share, "blue", [](auto& s) -> auto& { return s.rules.background[2]; }},
 };
 
 /// The number of a field's row, at compile time. A name that is not in the table does not compile.
