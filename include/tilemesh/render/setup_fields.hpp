@@ -151,7 +151,7 @@ inline constexpr SetupField setup_fields[] = {
 
     {"storage-slots", detail::in_slots, "records and copies that a tile stores; homes: splats of a window that it holds",
      [](auto& s) -> auto& { return s.sizes.storage; }},
-    {"road-slots", detail::in_slots, "messages in one channel end of routing; homes: splats under way", [](auto& s) -> auto& { return s.sizes.road; }},
+    {"road-slots", detail::in_slots, "messages in a channel end of routing; homes: splats under way", [](auto& s) -> auto& { return s.sizes.road; }},
     {"beam-slots", detail::in_slots, "messages in one channel end of bloom", [](auto& s) -> auto& { return s.sizes.beam; }},
     {"waiting-slots", detail::in_slots, "messages in each FIFO of routing", [](auto& s) -> auto& { return s.sizes.waiting; }},
     {"home-slots", detail::in_slots, "homes: records that live on a tile", [](auto& s) -> auto& { return s.sizes.homes; }},
