@@ -161,7 +161,7 @@ inline Json with_fields(Json schema)
         add(object, field);
     }
     Json setup = {{"description", "The fields of the setup that ran."}, {"type", "object"}, {"additionalProperties", false}};
-    setup["required"] = Json::array(), setup["properties"] = Json::object();
+    setup["properties"] = Json::object();
     namespace render = tilemesh::render;
     for (auto const& field : render::setup_fields) {
         if (field.use == render::SetupField::several) continue;
@@ -174,7 +174,6 @@ inline Json with_fields(Json schema)
         if (field.values.kind == render::Values::word)
             for (auto const& word : field.values.words) of["enum"].push_back(word.word);
         else of["type"] = field.values.kind == render::Values::whole ? "integer" : "number", of["minimum"] = 0;
-        setup["required"].push_back(name);
     }
     schema["properties"]["setup"] = setup;
     auto& required = schema["required"];

@@ -309,13 +309,13 @@ TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothi
     auto const no_slots = [](char const* list) {
         return "list " + std::string(list) + " with 0 slots (with fewer than 1 its program makes no progress); give it more slots";
     };
-    CHECK(slots({100, 0, 3, 2}) == no_slots("held splats"));
-    CHECK(slots({100, 30, 0, 2}) == no_slots("parcels"));
-    CHECK(slots({100, 30, 3, 0}) == no_slots("waiting (side 0)"));
-    CHECK(slots({2, 1, 1, 1}) == ""); // 24 records on 12 tiles
-    CHECK(slots({1, 1, 1, 1}) == ""); // in chapters
-    CHECK(slots({0, 1, 1, 1}) == "tiles without homes (every record lives in one); give a tile at least one");
-    std::string const differ = "a choice of records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
+    CHECK(slots(homes::homes_sizes(100, 0, 3, 2)) == no_slots("held splats"));
+    CHECK(slots(homes::homes_sizes(100, 30, 0, 2)) == no_slots("parcels"));
+    CHECK(slots(homes::homes_sizes(100, 30, 3, 0)) == no_slots("waiting (side 0)"));
+    CHECK(slots(homes::homes_sizes(2, 1, 1, 1)) == ""); // 24 records on 12 tiles
+    CHECK(slots(homes::homes_sizes(1, 1, 1, 1)) == ""); // in chapters
+    CHECK(slots(homes::homes_sizes(0, 1, 1, 1)) == "tiles without homes (every record lives in one); give a tile at least one");
+    std::string const differ = "a setup with records or pixels that the renderer's policies do not store (degree, colour format, depth or alpha "
                                "differ); give both the same";
     auto c = good;
     c.depth = true;
