@@ -470,7 +470,7 @@ int main(int argc, char** argv)
             if (line.starts_with("  --") && (value == "FILE" || value == "DIR")) named.push_back(option);
         }
         // Scenarios have all of them but --photos and --compare, which tables/render_map_photographs.txt tries.
-        if (named != Words{"--cameras", "--trajectory", "--out", "--video", "--photos", "--compare", "--report", "--trace", "--cost-model", "--energy"}) {
+        if (named != Words{"--cameras", "--trajectory", "--photos", "--compare", "--out", "--video", "--report", "--trace", "--cost-model", "--energy"}) {
             std::cerr << "FAILED: render_map has other options with files than this test knows\n";
             ++failures;
         }
