@@ -21,15 +21,17 @@ std::unique_ptr<Core> make_on_port(scene::Map map, Setup const& setup, RendererO
     return std::make_unique<R>(std::move(map), setup, options, std::move(engine));
 }
 
+/// Makes any core of a Renderer. It is a template, so that only who calls it compiles all of them.
+template <class Homes = HostHomesRenderer>
+std::unique_ptr<Core> make_any_core(scene::Map map, Setup const& setup, RendererOptions const& options)
+{
+    return setup.program == splat::Program::homes ? make_on_port<Homes>(std::move(map), setup, options)
+                                                  : make_on_port<HostRenderer>(std::move(map), setup, options);
+}
+
 #if defined(TILEMESH_ALL_PROGRAMS) && !defined(TILEMESH_COMPILED)
 /// Tells Renderer, before `main`.
-inline bool const has_all_programs = [] {
-    make_other_core = [](scene::Map map, Setup const& setup, RendererOptions const& options) {
-        return setup.program == splat::Program::homes ? make_on_port<HostHomesRenderer>(std::move(map), setup, options)
-                                                      : make_on_port<HostRenderer>(std::move(map), setup, options);
-    };
-    return true;
-}();
+inline bool const has_all_programs = (make_other_core = make_any_core<>) != nullptr;
 #endif
 
 }}} // namespace tilemesh::render

@@ -2,9 +2,8 @@
 /// Version, and every compiler switch of the library. Kernel code: valid as C++17 and C++20.
 ///
 /// Macros: TILEMESH_VERSION, TILEMESH_KERNEL, TILEMESH_HOST, TILEMESH_EXPECT, TILEMESH_EXACT_BEGIN, TILEMESH_EXACT_END,
-/// TILEMESH_INSTRUCTION_SETS. The target tilemesh::compiled defines TILEMESH_COMPILED.
-/// A program of headers alone may define TILEMESH_ALL_PROGRAMS (all_programs.hpp). Codelet files also have TILEMESH_VERTEX and
-/// TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
+/// TILEMESH_INSTRUCTION_SETS. The target tilemesh::compiled defines TILEMESH_COMPILED. A program of headers alone may define
+/// TILEMESH_ALL_PROGRAMS (all_programs.hpp). Codelet files also have TILEMESH_VERTEX and TILEMESH_MULTI_VERTEX (poplar/codelet.hpp).
 
 #define TILEMESH_VERSION 200 // major * 10000 + minor * 100 + patch
 

@@ -16,6 +16,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <utility>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -41,13 +42,12 @@ inline MayFitAnchored may_fit_anchored(std::uint64_t records, Setup const& setup
 /// options name the engine and say whether it keeps a trace. Throws Error as the constructors of Renderer do.
 TILEMESH_HOST std::unique_ptr<Core> make_core(scene::Map map, Setup const& setup, RendererOptions const& options);
 
-using MakeCore = std::unique_ptr<Core>(scene::Map map, Setup const& setup, RendererOptions const& options);
 /// Makes what is not the anchored program on plain threads. It is apart, so that a program without it need not compile or link it. With
 /// headers alone, <tilemesh/all_programs.hpp> sets it.
 #if defined(TILEMESH_COMPILED)
 std::unique_ptr<Core> make_other_core(scene::Map map, Setup const& setup, RendererOptions const& options);
 #else
-inline constinit MakeCore* make_other_core = nullptr;
+inline constinit decltype(&make_core) make_other_core = nullptr;
 #endif
 
 } // namespace render

@@ -8,7 +8,6 @@ template class HomesRenderer<splat::homes::AnyHostPolicies, PortMesh, Traced<Any
 
 std::unique_ptr<Core> make_other_core(scene::Map map, Setup const& setup, RendererOptions const& options)
 {
-    return setup.program == splat::Program::homes ? make_on_port<HostHomesRenderer>(std::move(map), setup, options)
-                                                  : make_on_port<HostRenderer>(std::move(map), setup, options);
+    return make_any_core<>(std::move(map), setup, options);
 }
 }}} // namespace tilemesh::render
