@@ -4,7 +4,7 @@
 set -eu
 export LC_ALL=C
 compiler=$1 include=$2
-no_arithmetic='engine/(arena|digest|stopwatch|team|tile_set|counters)|error|joined_threads|mpi/(bands|detail/ranks)|machine/(name|spec|superstep|types)|mapping/detail/parallel|render/(detail/sorted_table|ranks/row_shares)|splat/sizes|report/(distinct_files|table|frame_report|plot|stacked_bars|whole_file)|scene/detail/ply_(header|kind|source)'
+no_arithmetic='engine/(arena|digest|stopwatch|team|tile_set|counters)|error|joined_threads|mpi/(bands|detail/ranks)|machine/(name|spec|superstep|types)|mapping/detail/parallel|render/(detail/sorted_table|ranks/row_shares)|splat/(sizes|(homes/)?counts)|report/(distinct_files|table|frame_report|plot|stacked_bars|whole_file)|scene/detail/ply_(header|kind|source)'
 failed=0
 for header in $(cd "$include" && find tilemesh -name '*.hpp' | sort | grep -vxE "tilemesh/($no_arithmetic)\.hpp"); do
     if printf '#include <%s>\n' "$header" | "$compiler" -std=c++20 -ffast-math -Wfatal-errors -I "$include" -I ../poplar/standin -E -o /dev/null -x c++ - 2>/dev/null; then

@@ -161,7 +161,7 @@ inline Json with_fields(Json schema)
         add(object, field);
     }
     Json setup = {{"description", "The fields of the setup that ran."}, {"type", "object"}, {"additionalProperties", false}};
-    setup["properties"] = Json::object();
+    setup["required"] = Json::array(), setup["properties"] = Json::object();
     namespace render = tilemesh::render;
     for (auto const& field : render::setup_fields) {
         if (field.use == render::SetupField::several) continue;
@@ -170,6 +170,7 @@ inline Json with_fields(Json schema)
         if (auto const at = meaning.find(": {}"); at != meaning.npos) meaning.erase(at);
         if (!field.values.unit.empty() && field.values.unit != "tiles") meaning += ", in " + std::string(field.values.unit);
         meaning[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning[0])));
+        setup["required"].push_back(name);
         auto& of = setup["properties"][name] = {{"description", meaning + "."}};
         if (field.values.kind == render::Values::word)
             for (auto const& word : field.values.words) of["enum"].push_back(word.word);

@@ -72,7 +72,7 @@ struct FrameReport {
     struct {
         std::uint64_t visible = 0, moved = 0, held = 0, dropped = 0, unplaced = 0, parked = 0, under_way = 0;
     } gaussians;
-    struct {
+    struct Refused {
         std::uint64_t channel_full = 0, no_credit = 0, storage_full = 0, copies_full = 0, copies_refused = 0;
         std::uint64_t by_channels() const noexcept { return channel_full + no_credit; }
         std::uint64_t by_storage() const noexcept { return storage_full + copies_full; }

@@ -22,7 +22,7 @@ template <class S>
 void row(char const* name, scene::Map const& map, RendererOptions const& options = {})
 {
     using Layout = Tile<typename S::Machine, splat::Frame<S>, S>;
-    constexpr std::uint32_t slot = splat::frame_words<S>().slot();
+    constexpr std::uint32_t slot = splat::slot_bytes(splat::setup_of<S>());
     auto const camera = scene::built_in_camera({1280, 720});
     BasicRenderer<S> renderer{map, options};
     auto const cold = renderer.render(camera).report;

@@ -367,7 +367,7 @@ try {
         std::ofstream(in / "any_lens.json") << R"({"cameras": [{)" << lens;
     }
     if (program == "explore") {
-        fs::copy_file(fs::path(paths[2]).parent_path().parent_path().parent_path() / "machines" / "mk2.txt", in / "mk2.txt");
+        fs::copy_file(fs::path(paths[2]).parent_path().parent_path().parent_path() / "examples" / "machines" / "mk2.txt", in / "mk2.txt");
         std::ofstream(in / "study.json") << study;
     }
     auto const inputs = files_of(in);
