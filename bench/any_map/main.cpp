@@ -45,5 +45,5 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory (a million Gaussians take gigabytes); name one --map, or --quick");
+    return bench::program(argc, argv, table_of, run, "not enough memory (a million Gaussians take gigabytes); name one --map, or --quick");
 }

@@ -7,7 +7,7 @@
 
 namespace any_map {
 
-inline char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m", "built_in_5m"};
+inline constexpr char const* map_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m", "built_in_5m"};
 
 struct Options : bench::Options {
     std::filesystem::path write;   ///< the folder of README.md and its plot; empty: not written
@@ -16,8 +16,7 @@ struct Options : bench::Options {
     std::uint32_t threads = 1;     ///< of every machine
 };
 
-/// Throws tilemesh::Error for an unknown option or an invalid value.
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
 } // namespace any_map

@@ -31,26 +31,14 @@ using tilemesh::report::thousands;
 struct Options : bench::Options {
     std::filesystem::path write; ///< the folder of README.md and its plot; empty: not written
 };
-Options parse(std::vector<std::string> const& all)
+constexpr shared::Option<Options> options_of_it[] = {
+    shared::option<&Options::write>("write", "DIR", "write README.md and its plot into this folder")};
+shared::OptionTable table_of(Options& own)
 {
-    Options options;
-    for (bench::Words words(all); words.next();) {
-        if (options.take(words, true)) continue;
-        if (words.option() == "--write") options.write = words.path();
-        else words.refuse();
-    }
-    options.finish();
-    return options;
-}
-std::string help()
-{
-    return std::string("Usage: bytes_a_pixel [options]\n"
-                       "Renders 256 x 256 pixels on 8 x 8 tiles whose SRAM is 2,000 to 10 bytes a pixel (code is not counted).\n"
-                       "\n"
-                       "  --csv FILE       write a row per map, bytes a pixel and record\n"
-                       "  --write DIR      write README.md and its plot into this folder\n") +
-           bench::help_of_data + "  --quick          the built-in map alone, few rows\n" + bench::help_of_spoil +
-           "  --help           this text\n\n" + bench::help_of_exit;
+    return bench::table_of({"bytes_a_pixel",
+                            "Renders 256 x 256 pixels on 8 x 8 tiles whose SRAM is 2,000 to 10 bytes a pixel (code is not counted).\n",
+                            "the built-in map alone, few rows", "write a row per map, bytes a pixel and record"},
+                           own, options_of_it);
 }
 
 struct Row {
@@ -213,5 +201,5 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory; take --quick");
+    return bench::program(argc, argv, table_of, run, "not enough memory; take --quick");
 }

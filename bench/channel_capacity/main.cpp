@@ -210,6 +210,6 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run,
+    return bench::program(argc, argv, table_of, run,
                           "not enough memory (a motion keeps its pictures, the machines their records); try --threads 1 or --quick");
 }

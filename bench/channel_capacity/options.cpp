@@ -1,50 +1,33 @@
 #include "options.hpp"
-#include <algorithm>
 #include <common/scenes.hpp>
-#include <thread>
 
 namespace channel_capacity {
 
-Options parse(std::vector<std::string> const& all)
-{
-    Options options;
-    options.threads = std::max(1u, std::thread::hardware_concurrency());
-    for (bench::Words words(all); words.next();) {
-        auto const& option = words.option();
-        if (options.take(words)) continue;
-        if (option == "--latency") options.latency = words.path();
-        else if (option == "--plots") options.plots = words.path();
-        else if (option == "--scene") options.scenes.push_back(words.one_of(bench::scene_names));
-        else if (option == "--motion") options.motions.push_back(words.one_of(bench::motion_names));
-        else if (option == "--threads") options.threads = words.number(1, 1024);
-        else words.refuse();
-    }
-    options.finish();
-    return options;
-}
+using shared::option;
 
-std::string help()
+namespace {
+constexpr auto all_scenes = shared::words_of(bench::scene_names);
+constexpr auto all_motions = shared::words_of(bench::motion_names);
+constexpr shared::Option<Options> rows[] = {
+    option<&Options::latency>("latency", "FILE", "write a CSV: distance in tiles, frames late"),
+    option<&Options::plots>("plots", "DIR", "write SVG plots, and PNGs of saturated pictures beside complete ones"),
+    shared::words<&Options::scenes>("scene", "NAME", "{}; may be repeated [all]", all_scenes),
+    shared::words<&Options::motions>("motion", "NAME", "{}; may be repeated [all]", all_motions),
+    option<&Options::threads>("threads", "N", "number of motions measured at a time; results do not depend on it [all host threads]", {1, 1024})};
+} // namespace
+
+shared::OptionTable table_of(Options& own)
 {
-    return std::string(
-               "Usage: channel_capacity [options]\n"
-               "Measures what a channel slot is worth on one machine (Mk2, 638,976 bytes a tile, 40 x 36 tiles, 1280 x 720). Every channel gets\n"
-               "c slots, from 1 to the number that leaves storage for one record. Storage gets the remaining bytes. The bench measures both\n"
-               "saturation policies on four maps and seven motions, and the program of homes, which loses nothing and takes more rounds. Then it\n"
-               "measures how late Gaussians are if the hops of a frame are bounded.\n"
-               "Times are modelled: our kernels on Mk2, an exchange moves all c slots of its channel, and a frame that is composited again\n"
-               "counts twice. Prints the knees and the Pareto-optimal splits (PSNR and modelled time), and checks the results.\n"
-               "\n"
-               "  --csv FILE       write a row per setting\n"
-               "  --latency FILE   write a CSV: distance in tiles, frames late\n"
-               "  --plots DIR      write SVG plots, and PNGs of saturated pictures beside complete ones\n") +
-           bench::help_of_data +
-           "  --scene NAME     sloth, salad, playbot_250k or built_in; may be repeated. Default: all\n"
-           "  --motion NAME    static, orbit0.1, orbit0.5, orbit2, teleport, fr1_xyz or fr2_desk; may be repeated. Default: all\n"
-           "  --threads N      number of motions measured at a time; default: all host threads. Results do not depend on it\n"
-           "  --quick          two maps, four motions, eight capacities, smaller pictures\n"
-           "  --help           this text\n"
-           "\n" +
-           bench::help_of_exit;
+    return bench::table_of({"channel_capacity",
+                            "Measures what a channel slot is worth on one machine (Mk2, 638,976 bytes a tile, 40 x 36 tiles, 1280 x\n"
+                            "720). Every channel gets c slots, from 1 to the number that leaves storage for one record. Storage gets\n"
+                            "the remaining bytes. The bench measures both saturation policies on four maps and seven motions, and the\n"
+                            "program of homes, which loses nothing and takes more rounds. Then it measures how late Gaussians are if\n"
+                            "the hops of a frame are bounded. Times are modelled: our kernels on Mk2, an exchange moves all c slots of\n"
+                            "its channel, and a frame that is composited again counts twice. Prints the knees and the Pareto-optimal\n"
+                            "splits (PSNR and modelled time), and checks the results.\n",
+                            "two maps, four motions, eight capacities, smaller pictures", "write a row per setting", false},
+                           own, rows);
 }
 
 } // namespace channel_capacity

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <common/options.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace channel_capacity {
@@ -11,11 +13,10 @@ struct Options : bench::Options {
     std::filesystem::path latency;            ///< empty: not written
     std::filesystem::path plots;              ///< a folder; empty: none
     std::vector<std::string> scenes, motions; ///< empty: all
-    std::uint32_t threads = 1;                ///< number of motions measured at a time
+    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency()); ///< number of motions measured at a time
 };
 
-/// Throws tilemesh::Error for an unknown option or an invalid value.
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
 } // namespace channel_capacity

@@ -7,23 +7,35 @@
 
 namespace bench {
 
-/// The main function of a bench. `parse` makes its options from the words, `help` returns the text of `--help`, `run` returns the exit
-/// status. `too_large`: the error text if it is out of memory.
-template <class Parse, class Help, class Run>
-int program(int argc, char** argv, Parse const& parse, Help const& help, Run const& run, char const* too_large)
+/// Calls `run`, which returns the exit status; an Error is one line and status 2. `too_large`: the line if it is out of memory.
+template <class Run>
+int guarded(Run const& run, char const* too_large)
 try {
-    auto const options = parse({argv + 1, argv + argc});
-    if (options.help) {
-        std::cout << help();
-        return 0;
-    }
-    return run(options);
+    return run();
 } catch (tilemesh::Error const& error) {
     std::cerr << shared::one_line(error.what()) << '\n'; // a name may hold any bytes
     return 2;
 } catch (std::bad_alloc const&) {
     std::cerr << too_large << '\n';
     return 2;
+}
+
+/// The main function of a bench with the options `Own`, which `table(Own&)` names and `Own::finish` completes. `run` gets them.
+template <class Own, class Run>
+int program(int argc, char** argv, shared::OptionTable (*table)(Own&), Run const& run, char const* too_large)
+{
+    return guarded(
+        [&] {
+            Own options;
+            auto words = table(options);
+            if (!words.read({argv + 1, argv + argc})) {
+                std::cout << words.help();
+                return 0;
+            }
+            options.finish(words);
+            return run(options);
+        },
+        too_large);
 }
 
 } // namespace bench

@@ -15,8 +15,8 @@ struct Scene {
     tilemesh::splat::Camera camera;
 };
 
-inline char const* const scene_names[] = {"sloth", "salad", "playbot_250k", "built_in"};
-inline char const* const motion_names[] = {"static", "orbit0.1", "orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
+inline constexpr char const* scene_names[] = {"sloth", "salad", "playbot_250k", "built_in"};
+inline constexpr char const* motion_names[] = {"static", "orbit0.1", "orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
 
 /// Loads the scene of that name at this size. The camera is the authors' benchmark camera for their two maps, and `frame_whole` for another
 /// file. `data` holds maps/ and cameras.json. `built_in_1m` and `built_in_5m` are the built-in map, densified to one or five million

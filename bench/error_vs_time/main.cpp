@@ -51,8 +51,8 @@ Provenance provenance(Options const& options, std::uint32_t rounds)
     from.cpu = cpu_name();
     from.git = TILEMESH_GIT;
     from.build = TILEMESH_BUILD_TYPE;
-    from.command = std::string("error_vs_time") + (options.quick ? " --quick" : "") +
-                   (options.sequences ? "" : " --no-sequences") + (options.spoil ? " --spoil" : "");
+    from.command = std::string("error_vs_time") + (options.quick ? " --quick" : "") + (options.single_views ? " --no-sequences" : "") +
+                   (options.spoil ? " --spoil" : "");
     if (options.size.width != 0)
         from.command += " --size " + std::to_string(options.size.width) + "x" + std::to_string(options.size.height);
     for (auto const& s : options.scenes) from.command += " --scene " + s;
@@ -67,7 +67,7 @@ Provenance provenance(Options const& options, std::uint32_t rounds)
 /// The motions whose sequences are measured.
 std::vector<std::string> motions_of(Options const& options)
 {
-    if (!options.sequences) return {};
+    if (options.single_views) return {};
     if (options.quick) return {"orbit2"};
     return {"orbit0.5", "orbit2", "teleport", "fr1_xyz", "fr2_desk"};
 }
@@ -159,5 +159,5 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory (24 machines take turns); try --quick, or a smaller --size");
+    return bench::program(argc, argv, table_of, run, "not enough memory (24 machines take turns); try --quick, or a smaller --size");
 }

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <common/options.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
 
@@ -12,13 +14,16 @@ struct Options : bench::Options {
     std::vector<std::string> scenes;
     std::vector<std::string> settings;      ///< measured in addition to the default; empty: all
     tilemesh::scene::Size size{0, 0};       ///< 0: the size of the quick or the full run
-    std::uint32_t threads = 1, rounds = 0;  ///< rounds 0: as in the quick or the full run
+    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+    std::uint32_t rounds = 0; ///< 0: as in the quick or the full run
     std::filesystem::path out, pfm;
-    bool sequences = true;
+    bool single_views = false;
     bool list = false;                      ///< print the names of the settings, and measure nothing
+
+    void finish(shared::OptionTable const& given);
 };
 
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
 } // namespace error_vs_time

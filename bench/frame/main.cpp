@@ -122,6 +122,6 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run,
+    return bench::program(argc, argv, table_of, run,
                           "not enough memory (each number of threads has a mesh of its own); try one --threads or --quick");
 }

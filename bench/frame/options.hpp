@@ -8,7 +8,7 @@
 namespace frame {
 
 /// The scenes that are measured by default: two SLAM maps, an object capture, the built-in map, and that map with a million Gaussians.
-inline char const* const scene_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m"};
+inline constexpr char const* scene_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, motions; ///< empty: all; no scene if there are maps
@@ -19,13 +19,14 @@ struct Options : bench::Options {
     bool homes = false;       ///< also the program of homes
     bool wide = false;        ///< also on a grid of which the frame occupies a small part
     bool arithmetics = false; ///< only time and error of the ways to blend
+
+    void finish(shared::OptionTable const& given);
 };
 
-/// Throws tilemesh::Error for an unknown option or an invalid value.
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
-inline char const* to_string(tilemesh::splat::Arithmetic a) noexcept
+constexpr char const* to_string(tilemesh::splat::Arithmetic a) noexcept
 {
     return a == tilemesh::splat::Arithmetic::precise ? "precise" : "fast";
 }

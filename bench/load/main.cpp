@@ -27,13 +27,6 @@ namespace fs = std::filesystem;
 using namespace scene_test;
 using tilemesh::Error;
 
-constexpr char const* usage = R"(usage: load [--csv FILE] [--quick] [--data DIR]
-Writes 500,000 Gaussians without and with harmonics of degree 3 in each format, and loads each file in a process of its own.
-  --csv FILE   also write the table: format,degree,gaussians,file_bytes,load_s,bytes_s,peak_over_records
-  --quick      5,000 Gaussians, and one load of each file
-  --data DIR   accepted, not needed: this program makes its maps
-)";
-
 double cpu_seconds()
 {
     timespec now{};
@@ -131,18 +124,19 @@ Loaded load(std::string const& program, fs::path const& path, int rounds)
     return out;
 }
 
-bench::Options parse(std::vector<std::string> const& arguments)
+shared::OptionTable table_of(bench::Options& own)
 {
-    bench::Options options;
-    bench::Words words(arguments);
-    while (words.next())
-        if (!options.take(words)) words.refuse();
-    if (!options.csv.empty()) bench::expect_folder_of(options.csv);
-    return options;
+    auto table = bench::table_of(
+        {"load", "Writes 500,000 Gaussians without and with harmonics of degree 3 in each format, and loads each file in a\nprocess of its own.\n",
+         "5,000 Gaussians, and one load of each file", "write the table: format,degree,gaussians,file_bytes,load_s,bytes_s,peak_over_records", false},
+        own);
+    table.says("data", "accepted, not needed: this program makes its maps");
+    return table;
 }
 
 int run(bench::Options const& options)
 {
+    bench::expect_folder_of(options.csv);
     std::size_t const n = options.quick ? 5000 : 500000;
     fs::path const folder = fs::temp_directory_path() / ("tilemesh_load_" + std::to_string(getpid()));
     fs::create_directory(folder);
@@ -200,8 +194,6 @@ int run(bench::Options const& options)
 int main(int argc, char** argv)
 {
     if (argc == 3 && std::string(argv[1]) == "--one")
-        return bench::program(argc, argv, [](std::vector<std::string> const&) { return bench::Options{}; }, [] { return ""; },
-                              [&](auto const&) { return load_one(argv[2]); }, "out of memory (the map is too large); load a smaller one");
-    return bench::program(argc, argv, parse, [] { return std::string(usage) + bench::help_of_exit; }, run,
-                          "out of memory (the maps are too large for this machine); use --quick");
+        return bench::guarded([&] { return load_one(argv[2]); }, "out of memory (the map is too large); load a smaller one");
+    return bench::program(argc, argv, table_of, run, "out of memory (the maps are too large for this machine); use --quick");
 }

@@ -41,50 +41,41 @@ using namespace tilemesh;
 using bench::fixed;
 using report::thousands;
 
-inline char const* const scene_names[] = {"built_in", "sloth", "salad"};
-inline char const* const table_names[] = {"psnr", "first", "times", "back", "mesh"};
+constexpr char const* scene_names[] = {"built_in", "sloth", "salad"};
+constexpr char const* table_names[] = {"psnr", "first", "times", "back", "mesh"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, tables; ///< empty: all
     std::uint32_t steps = 160, rounds = 9;
+
+    void finish(shared::OptionTable const& given)
+    {
+        bench::Options::finish(given);
+        bench::expect_folder_of(csv);
+        if (!quick) return;
+        rounds = std::min(rounds, 3u);
+        if (scenes.empty()) scenes = {"built_in"};
+    }
 };
-Options parse(std::vector<std::string> const& all)
+constexpr auto all_scenes = shared::words_of(scene_names);
+constexpr auto all_tables = shared::words_of(table_names);
+constexpr shared::Option<Options> rows[] = {
+    shared::words<&Options::tables>(
+        "table", "NAME",
+        "psnr (PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off) | first (PSNR after 5, 10 and 20 steps, by "
+        "optimiser and rates) | times (ms of a picture and of a step at 640 x 480, by threads) | back (messages of the way back "
+        "and their distances, 1280 x 720 on 40 x 36 tiles) | mesh (a step as a program on the mesh: messages, supersteps, "
+        "modelled ms on Mk2); may be repeated [all]",
+        all_tables),
+    shared::words<&Options::scenes>("scene", "NAME", "{}; may be repeated [all]", all_scenes),
+    shared::option<&Options::steps>("steps", "N", "steps of psnr [160]", {1, 100'000}),
+    shared::option<&Options::rounds>("rounds", "N", "measured rounds of times [9]", {1, 10'000})};
+shared::OptionTable table_of(Options& own)
 {
-    Options o;
-    for (bench::Words words(all); words.next();) {
-        auto const& option = words.option();
-        if (o.take(words)) continue;
-        if (option == "--scene") o.scenes.push_back(words.one_of(scene_names));
-        else if (option == "--table") o.tables.push_back(words.one_of(table_names));
-        else if (option == "--steps") o.steps = words.number(1, 100'000);
-        else if (option == "--rounds") o.rounds = words.number(1, 10'000);
-        else words.refuse();
-    }
-    o.finish();
-    if (!o.csv.empty()) bench::expect_folder_of(o.csv);
-    if (o.quick) {
-        o.rounds = std::min(o.rounds, 3u);
-        if (o.scenes.empty()) o.scenes = {"built_in"};
-    }
-    return o;
-}
-std::string help()
-{
-    return std::string("Usage: mapping [options]\n"
-                       "Refines spoilt maps by pictures of the true map: how well, how fast, and over which ways slopes go back.\n"
-                       "\n"
-                       "  --table NAME     psnr   PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off\n"
-                       "                   first  PSNR after 5, 10 and 20 steps, by optimiser and rates\n"
-                       "                   times  ms of a picture and of a step at 640 x 480, by threads\n"
-                       "                   back   messages of the way back and their distances, 1280 x 720 on 40 x 36 tiles\n"
-                       "                   mesh   a step as a program on the mesh: messages, supersteps, modelled ms on Mk2\n"
-                       "                   may be repeated. Default: all\n"
-                       "  --scene NAME     built_in, sloth or salad; may be repeated. Default: all\n"
-                       "  --steps N        steps of psnr. Default: 160\n"
-                       "  --rounds N       measured rounds of times. Default: 9\n"
-                       "  --quick          the built-in map unless a scene is named; at most 3 rounds\n"
-                       "  --csv FILE       write psnr: scene,optimiser,start,at_8,at_40,at_80,end,held_out_start,held_out_end\n") +
-           bench::help_of_data + "  --help           this text\n\n" + bench::help_of_exit;
+    return bench::table_of({"mapping", "Refines spoilt maps by pictures of the true map: how well, how fast, and over which ways slopes go back.\n",
+                            "the built-in map unless a scene is named; at most 3 rounds",
+                            "write psnr: scene,optimiser,start,at_8,at_40,at_80,end,held_out_start,held_out_end", false},
+                           own, rows);
 }
 
 /// A map and views of it: every second one is held out.
@@ -527,5 +518,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory (each scene has a map and its views); name one --scene");
+    return bench::program(argc, argv, table_of, run, "not enough memory (each scene has a map and its views); name one --scene");
 }

@@ -1,46 +1,25 @@
 // The machine without splatting: the speed at which it moves records of 60 bytes by value, and the cost of a superstep in which almost
 // nothing happens. Exit status 1 if a check fails.
-#include "../../examples/shared/text.hpp"
 #include "job.hpp"
 #include <algorithm>
+#include <common/program.hpp>
 #include <iostream>
+#include <sstream>
+#include <tilemesh/report/whole_file.hpp>
 
 using namespace traffic;
 
 namespace {
 
-constexpr char const* usage = R"(usage: mesh [--csv FILE] [--quick] [--data DIR]
-Moves records between random tiles and checks every arrival. Measures hops per second and an idle superstep.
-  --csv FILE   also write the table: grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes
-  --quick      run few rounds, and leave out the grid of 1,000 x 850 tiles
-  --data DIR   accepted, not needed: this program reads no file
-)";
-
-struct Options {
-    std::string csv;
-    bool quick = false, help = false;
-};
-Options parse(int argc, char** argv)
+shared::OptionTable table_of(bench::Options& own)
 {
-    Options o;
-    for (int i = 1; i < argc; ++i) {
-        std::string const arg = argv[i];
-        auto const value = [&] {
-            if (i + 1 == argc) throw Error(std::string("option ").append(arg) + " (it needs a value); see --help");
-            return std::string(argv[++i]);
-        };
-        if (arg == "--csv")
-            o.csv = value();
-        else if (arg == "--data")
-            (void)value();
-        else if (arg == "--quick")
-            o.quick = true;
-        else if (arg == "--help")
-            o.help = true;
-        else
-            throw Error(std::string("option ").append(arg) + " (unknown); see --help");
-    }
-    return o;
+    auto table =
+        bench::table_of({"mesh", "Moves records between random tiles and checks every arrival. Measures hops per second and an idle superstep.\n",
+                         "run few rounds, and leave out the grid of 1,000 x 850 tiles",
+                         "write the table: grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes", false},
+                        own);
+    table.says("data", "accepted, not needed: this program reads no file");
+    return table;
 }
 
 /// The median, and the band of the middle 60 %.
@@ -89,27 +68,11 @@ void write(std::ostream& out, Line const& line)
         << band(line.idle_us).median << ',' << line.job->rss_bytes() << '\n';
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+int run(bench::Options const& options)
 {
-    Options options;
-    std::ofstream csv;
-    try {
-        options = parse(argc, argv);
-        if (options.help) {
-            std::cout << usage;
-            return 0;
-        }
-        if (!options.csv.empty()) {
-            csv.open(options.csv);
-            if (!csv) throw Error(std::string("file ").append(options.csv) + " (it cannot be written); choose another for --csv");
-            csv << "grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
-        }
-    } catch (Error const& e) {
-        std::cerr << shared::one_line(e.what()) << '\n';
-        return 2;
-    }
+    bench::expect_folder_of(options.csv);
+    std::ostringstream csv;
+    csv << "grid,records,capacity,threads,exchanges,hops,hops_per_s,idle_superstep_us,rss_bytes\n";
     try {
         // The reference job: as many records as the largest of the paper's maps has Gaussians.
         Grid const paper{40, 36};
@@ -131,8 +94,7 @@ int main(int argc, char** argv)
         for (std::size_t i = 0; i < lines.size(); i += 4)
             std::printf("the same on 400 x 250 tiles, %u threads: %.2f times the time\n", lines[i].job->threads(),
                         band(lines[i].hops_per_s).median / band(lines[i + 1].hops_per_s).median);
-        if (csv.is_open())
-            for (auto const& line : lines) write(csv, line);
+        for (auto const& line : lines) write(csv, line);
         lines.clear();
         if (!options.quick) {
             // A record goes 617 hops on average here. Each channel end has four slots: every end is used sooner or later, and two buffers
@@ -143,16 +105,20 @@ int main(int argc, char** argv)
                 add(std::make_unique<Job>(Load{field, field, 100'000}, Sizes{4, 16, 8}, threads), one);
                 measure(one, 1); // about a minute each
                 print(one[0]);
-                if (csv.is_open()) write(csv, one[0]);
+                write(csv, one[0]);
             }
         }
-    } catch (Error const& e) {
-        std::cerr << shared::one_line(e.what()) << '\n';
+    } catch (Error const& broken) {
+        std::cout << "BROKEN: " << broken.what() << "\n";
         return 1;
     }
-    if (csv.is_open() && !csv.flush()) {
-        std::cerr << "file " << shared::one_line(options.csv) << " (it could not be written to the end); make room and run again\n";
-        return 2;
-    }
+    if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv.str());
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return bench::program(argc, argv, table_of, run, "not enough memory (the largest grid has 850,000 tiles); use --quick");
 }

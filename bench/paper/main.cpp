@@ -28,11 +28,12 @@ constexpr Table tables[] = {
     {"latency", paper::latency}, {"convergence", paper::convergence},
 };
 
-std::vector<std::string> table_names()
+shared::OptionTable options_of(paper::Options& own)
 {
-    std::vector<std::string> names;
-    for (auto const& table : tables) names.emplace_back(table.name);
-    return names;
+    static std::vector<shared::Word> words; // the rows have views of them
+    if (words.empty())
+        for (auto const& table : tables) words.emplace_back(table.name, words.size());
+    return paper::table_of(own, words);
 }
 
 int run(paper::Options const& options)
@@ -66,8 +67,6 @@ int run(paper::Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(
-        argc, argv, [](std::vector<std::string> const& words) { return paper::parse(words, table_names()); },
-        [] { return paper::help(table_names()); }, run,
-        "not enough memory (the largest map has a quarter of a million records); try --quick or fewer tables");
+    return bench::program(argc, argv, options_of, run,
+                          "not enough memory (the largest map has a quarter of a million records); try --quick or fewer tables");
 }

@@ -1,8 +1,11 @@
 #pragma once
+#include <algorithm>
 #include <common/options.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace paper {
@@ -10,11 +13,10 @@ namespace paper {
 struct Options : bench::Options {
     std::filesystem::path out;       ///< a folder for pictures; empty: none
     std::vector<std::string> tables; ///< empty: all
-    std::uint32_t threads = 1;
+    std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
-/// Throws tilemesh::Error for an unknown option or an invalid value. `names`: the names of the tables.
-Options parse(std::vector<std::string> const& words, std::vector<std::string> const& names);
-std::string help(std::vector<std::string> const& names);
+/// The options by their names. `own` and the words, one for each table, must outlive them.
+shared::OptionTable table_of(Options& own, std::span<shared::Word const> words);
 
 } // namespace paper

@@ -16,37 +16,22 @@ using namespace policies;
 using bench::fixed;
 using tilemesh::report::thousands;
 
-char const* const map_names[] = {"sloth", "salad", "playbot_250k", "built_in"};
+constexpr char const* map_names[] = {"sloth", "salad", "playbot_250k", "built_in"};
 
-Options parse(std::vector<std::string> const& all)
+constexpr auto all_maps = shared::words_of(map_names);
+constexpr shared::Option<Options> rows_of_options[] = {
+    shared::option<&Options::write>("write", "DIR", "write README.md into this folder"),
+    shared::words<&Options::maps>("map", "NAME", "{}; may be repeated [the first three]", all_maps),
+    shared::option<&Options::threads>("threads", "N", "host threads of each machine; only host times depend on it [1]", {1, 64})};
+shared::OptionTable table_of(Options& own)
 {
-    Options options;
-    for (bench::Words words(all); words.next();) {
-        auto const& option = words.option();
-        if (options.take(words, true)) continue;
-        if (option == "--write") options.write = words.path();
-        else if (option == "--map") options.maps.push_back(words.one_of(map_names));
-        else if (option == "--threads") options.threads = words.number(1, 64);
-        else words.refuse();
-    }
-    options.finish();
-    return options;
-}
-std::string help()
-{
-    return std::string("Usage: policies [options]\n"
-                       "Measures policies on one machine (Mk2, 40 x 36 tiles, 1280 x 720): what goes first and stays, records\n"
-                       "of 32 and 16 bytes, a bound on hops, few slots, records that move early. Each row has the error against\n"
-                       "the exact picture beside its cost. Times are modelled with mk2(). A picture from which nothing is missing\n"
-                       "and nothing is rounded must have the bits of the naive loop.\n"
-                       "\n"
-                       "  --csv FILE       write a row per map, view and policy\n"
-                       "  --write DIR      write README.md into this folder\n") +
-           bench::help_of_data +
-           "  --map NAME       sloth, salad, playbot_250k or built_in; may be repeated. Default: the first three\n"
-           "  --threads N      host threads of each machine; default: 1. Only host times depend on it\n"
-           "  --quick          a part of the built-in map, a small picture; takes seconds\n" +
-           bench::help_of_spoil + "  --help           this text\n\n" + bench::help_of_exit;
+    return bench::table_of({"policies",
+                            "Measures policies on one machine (Mk2, 40 x 36 tiles, 1280 x 720): what goes first and stays, records of\n"
+                            "32 and 16 bytes, a bound on hops, few slots, records that move early. Each row has the error against the\n"
+                            "exact picture beside its cost. Times are modelled with mk2(). A picture from which nothing is missing and\n"
+                            "nothing is rounded must have the bits of the naive loop.\n",
+                            "a part of the built-in map, a small picture; takes seconds", "write a row per map, view and policy"},
+                           own, rows_of_options);
 }
 
 std::string db(double value) { return std::isinf(value) ? "exact" : fixed(value, 1); }
@@ -186,5 +171,5 @@ int run(Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, help, run, "not enough memory; name one --map, or --quick");
+    return bench::program(argc, argv, table_of, run, "not enough memory; name one --map, or --quick");
 }

@@ -235,6 +235,6 @@ int run(Options const& options)
 int main(int argc, char** argv)
 {
     OnRanks const on_ranks(argc, argv); // with --ranks, MPI runs until the end of main
-    return bench::program(argc, argv, parse, help, run,
+    return bench::program(argc, argv, table_of, run,
                           "not enough memory (a million Gaussians take gigabytes); name other axes, one --threads or --quick");
 }

@@ -8,7 +8,7 @@
 
 namespace scaling {
 
-inline char const* const axis_names[] = {"gaussians", "pixels", "tiles", "idle_tiles"};
+inline constexpr char const* axis_names[] = {"gaussians", "pixels", "tiles", "idle_tiles"};
 
 struct Options : bench::Options {
     std::vector<std::string> axes; ///< empty: all
@@ -16,10 +16,11 @@ struct Options : bench::Options {
     std::vector<std::uint32_t> threads; ///< measured side by side
     bool ranks = false, frames = false, predict = false, chips = false;
     std::optional<tilemesh::HostNetwork> network; ///< one more network for the prediction
+
+    void finish(shared::OptionTable const& given);
 };
 
-/// Throws tilemesh::Error for an unknown option or an invalid value.
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
 } // namespace scaling

@@ -28,43 +28,39 @@ namespace {
 namespace report = tilemesh::report;
 using tilemesh::Error;
 
-constexpr char const* usage = R"(usage: silicon --traces DIR [--csv FILE] [--worst N]
-       silicon --judges FILE [--paper FILE] [--traces DIR] [--csv FILE] [--worst N]
-Reads NoC traces of a Wormhole chip (one JSON list of events a file), and compares the cycles from the first transfer to the
-end of the last barrier with the model of include/tilemesh/model/network.hpp. With --judges, compares published measurements
-of several machines with the library's models.
-  --traces DIR   a folder of .json files; with --judges, each trace is one more measurement
-  --judges FILE  machine,figure,measured,unit,phase,missing,source (bench/silicon/judges.csv)
-  --paper FILE   what `paper --table stage --csv FILE` wrote: the predictions of the stages
-  --csv FILE     write trace,measured_cycles,predicted_cycles,at_least_cycles,loaded_cycles,transfers,bytes,bound_by;
-                 with --judges machine,figure,measured,unit,predicted,ratio,at_least,bound_by,missing,source
-  --worst N      print the N rows with the largest error [5]
-)";
-
-struct Options {
-    std::filesystem::path traces, judges, paper, csv;
+struct Options : bench::Options {
+    std::filesystem::path traces, judges, paper;
     std::uint32_t worst = 5;
-    bool help = false;
-};
-Options parse(std::vector<std::string> const& given)
-{
-    Options o;
-    bench::Words words(given);
-    while (words.next()) {
-        auto const& name = words.option();
-        if (name == "--help") words.flag(), o.help = true;
-        else if (name == "--traces") o.traces = words.path();
-        else if (name == "--judges") o.judges = words.path();
-        else if (name == "--paper") o.paper = words.path();
-        else if (name == "--csv") o.csv = words.path();
-        else if (name == "--worst") o.worst = words.number(0, 10'000);
-        else words.refuse();
+
+    void finish(shared::OptionTable const& given)
+    {
+        bench::Options::finish(given);
+        if (traces.empty() && judges.empty())
+            throw Error("no traces to judge by (--traces is not given); name a folder with --traces DIR, or a table with --judges FILE");
+        if (judges.empty() && !paper.empty()) throw Error("no measurements to judge by (--paper is given without --judges); add --judges FILE");
+        bench::expect_folder_of(csv);
     }
-    if (!o.help && o.traces.empty() && o.judges.empty())
-        throw Error("no traces to judge by (--traces is not given); name a folder with --traces DIR, or a table with --judges FILE");
-    if (o.judges.empty() && !o.paper.empty()) throw Error("no measurements to judge by (--paper is given without --judges); add --judges FILE");
-    if (!o.csv.empty()) bench::expect_folder_of(o.csv);
-    return o;
+};
+constexpr shared::Option<Options> rows[] = {
+    shared::option<&Options::traces>("traces", "DIR",
+                                     "a folder of .json files, each a list of events; with --judges, each trace is one more measurement"),
+    shared::option<&Options::judges>("judges", "FILE", "machine,figure,measured,unit,phase,missing,source (bench/silicon/judges.csv)"),
+    shared::option<&Options::paper>("paper", "FILE", "what `paper --table stage --csv FILE` wrote: the predictions of the stages"),
+    shared::option<&Options::worst>("worst", "N", "print the N rows with the largest error [5]", {0, 10'000})};
+shared::OptionTable table_of(Options& own)
+{
+    auto table =
+        bench::table_of({"silicon",
+                         "Reads NoC traces of a Wormhole chip, and compares the cycles from the first transfer to the end of the\n"
+                         "last barrier with the model of include/tilemesh/model/network.hpp. With --judges, compares published\n"
+                         "measurements of several machines with the library's models. One of --traces and --judges is needed.\n",
+                         "accepted, not needed: it takes seconds",
+                         "write trace,measured_cycles,predicted_cycles,at_least_cycles,loaded_cycles,transfers,bytes,bound_by; with --judges "
+                         "machine,figure,measured,unit,predicted,ratio,at_least,bound_by,missing,source",
+                         false},
+                        own, rows);
+    table.says("data", "accepted, not needed");
+    return table;
 }
 
 /// A phase of a measured program.
@@ -225,5 +221,5 @@ int run(Options const& o)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, parse, [] { return std::string(usage) + bench::help_of_exit; }, run, "out of memory (the traces are too large); judge fewer");
+    return bench::program(argc, argv, table_of, run, "out of memory (the traces are too large); judge fewer");
 }

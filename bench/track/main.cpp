@@ -20,5 +20,5 @@ int run(track_bench::Options const& options)
 
 int main(int argc, char** argv)
 {
-    return bench::program(argc, argv, track_bench::parse, track_bench::help, run, "not enough memory (each scene has a mesh); name one --scene");
+    return bench::program(argc, argv, track_bench::table_of, run, "not enough memory (each scene has a mesh); name one --scene");
 }

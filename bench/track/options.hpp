@@ -6,16 +6,18 @@
 
 namespace track_bench {
 
-inline char const* const scene_names[] = {"built_in", "sloth", "salad"};
-inline char const* const table_names[] = {"basin", "subsets", "spoilt", "times", "model"};
-inline char const* const method_names[] = {"hybrid", "forward", "gradient", "esm"};
+inline constexpr char const* scene_names[] = {"built_in", "sloth", "salad"};
+inline constexpr char const* table_names[] = {"basin", "subsets", "spoilt", "times", "model"};
+inline constexpr char const* method_names[] = {"hybrid", "forward", "gradient", "esm"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, tables, methods; ///< empty: all
     std::uint32_t trials = 20;
     std::uint32_t rounds = 9;
+
+    void finish(shared::OptionTable const& given);
 };
-Options parse(std::vector<std::string> const& words);
-std::string help();
+/// The options by their names. `own` must outlive them.
+shared::OptionTable table_of(Options& own);
 
 } // namespace track_bench

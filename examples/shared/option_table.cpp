@@ -168,7 +168,7 @@ bool OptionTable::read(std::span<char const* const> words)
         auto const& row = at->row;
         auto const option = "--" + std::string(row.name);
         if (!at->without.empty()) throw Error(program_ + " has no " + option + " (" + std::string(at->without) + "); leave it out");
-        if (is_given(row.name)) {
+        if (!row.repeats && is_given(row.name)) {
             if (!repeats_) throw Error(option + " is given twice (which one counts is not said); leave one out");
             std::erase_if(given_, [&](Given const& g) { return g.row == &row; });
         }

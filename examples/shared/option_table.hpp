@@ -55,6 +55,7 @@ struct OptionRow {
     std::string_view example{}; ///< a value for errors; empty: the least one
     std::string_view why{};     ///< what an error says that the option takes; empty: form, limits and words say it
     std::string_view standard{}; ///< the default, which --help shows in []; empty: the meaning ends with it
+    bool repeats = false;        ///< it may be given several times; each value counts
 
     /// "it takes a whole number from 1 to 64"
     std::string takes() const;
@@ -80,14 +81,21 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 template <class T>
-concept Sides = requires(T t) { t.width, t.height; };
+inline constexpr bool is_list = false;
+template <class T>
+inline constexpr bool is_list<std::vector<T>> = true;
+template <class T>
+concept Sides = requires(T t)
+{
+    t.width, t.height;
+};
 template <class T>
 concept Three = requires(T t) { requires std::tuple_size<T>::value == 3; };
 
 template <class T>
 constexpr Form form_of(bool has_words)
 {
-    if constexpr (is_optional<T>) return form_of<typename T::value_type>(has_words);
+    if constexpr (is_optional<T> || is_list<T>) return form_of<typename T::value_type>(has_words);
     else if (has_words) return std::is_integral_v<T> && !std::is_same_v<T, bool> ? Form::whole : Form::word;
     else if constexpr (std::is_same_v<T, bool>) return Form::flag;
     else if constexpr (std::is_integral_v<T>) return Form::whole;
@@ -102,6 +110,7 @@ template <class T>
 void assign(T& to, OptionValue const& v)
 {
     if constexpr (is_optional<T>) assign(to.emplace(), v);
+    else if constexpr (is_list<T>) assign(to.emplace_back(), v);
     else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) to = static_cast<T>(v.whole);
     else if constexpr (std::is_floating_point_v<T>) to = static_cast<T>(v.number);
     else if constexpr (Sides<T>) to = T{static_cast<std::uint32_t>(v.three[0]), static_cast<std::uint32_t>(v.three[1])};
@@ -115,6 +124,7 @@ OptionValue value_of(T const& of)
 {
     OptionValue v;
     if constexpr (is_optional<T>) return of ? value_of(*of) : v;
+    else if constexpr (is_list<T>) return of.empty() ? v : value_of(of.back());
     else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) v.whole = static_cast<std::uint64_t>(of);
     else if constexpr (std::is_floating_point_v<T>) v.number = static_cast<double>(of);
     else if constexpr (Sides<T>) v.three = {static_cast<double>(of.width), static_cast<double>(of.height), 0};
@@ -154,7 +164,7 @@ constexpr Option<typename P::Owner> option(std::string_view name, std::string_vi
                                            std::span<Word const> words = {}, std::string_view example = {}, std::string_view why = {})
 {
     auto const form = detail::form_of<typename P::Type>(!words.empty());
-    return {{name, value, meaning, form, limits.least, limits.most, words, limits.unit, example, why},
+    return {{name, value, meaning, form, limits.least, limits.most, words, limits.unit, example, why, {}, detail::is_list<typename P::Type>},
             [](typename P::Owner& o, OptionValue const& v) { detail::assign(P::in(o), v); },
             [](typename P::Owner const& o) { return detail::value_of(P::in(o)); }};
 }
@@ -195,6 +205,16 @@ constexpr auto rows_of_everyone(auto const& row)
     return [&]<std::size_t... I>(std::index_sequence<I...>) {
         return std::array{row(std::integral_constant<std::size_t, fields[I]>())...};
     }(std::make_index_sequence<std::size_t{count}>());
+}
+/// The names as words.
+template <std::size_t N>
+constexpr auto words_of(char const* const (&names)[N])
+{
+    return [&]<std::size_t... I>(std::index_sequence<I...>)
+    {
+        return std::array{Word(names[I], I)...};
+    }
+    (std::make_index_sequence<N>());
 }
 /// A row whose words are the only values.
 template <auto... Members>
