@@ -23,6 +23,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -279,6 +280,8 @@ private:
         std::optional<Frames> frames;
         try {
             frames = explore::run(first, group.sized, references(first), threads);
+        } catch (explore::Interrupted const&) {
+            return;
         } catch (Error const& error) { // the renderer refuses this setting: that is a result, too
             refused = explore::refusal_of(error);
         }
@@ -356,6 +359,34 @@ private:
     std::exception_ptr error_;
 };
 
+/// What a point costs.
+std::string text_of(Setting const& s, Point const& p)
+{
+    return p.name + ": " + (std::isinf(p.psnr_db) ? "equal" : report::decimals(p.psnr_db, 2) + " dB") + ", " + report::decimals(p.modelled_ms, 4) +
+           " ms (" + explore::weakest_text(p) + "), " + thousands(p.sram_bytes) + " bytes of SRAM a tile (" + thousands(explore::free_bytes(s, p)) +
+           " free), " + thousands(p.exchanged_bytes) + " bytes exchanged" + (p.whole_channels ? " by whole channels\n" : " as messages\n");
+}
+/// Machines that no point of a map's front has: the fastest point of each, or why it has none.
+std::string beside_front(Study const& study, std::vector<Point> const& points, std::string const& map, std::vector<std::size_t> const& front)
+{
+    std::string text;
+    std::set<std::string> said;
+    auto const machine_of = [&](std::size_t i) -> std::string const& { return study.settings[i].machine->name; };
+    for (auto const i : front) said.insert(machine_of(i));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (study.settings[i].subject->name != map || !said.insert(machine_of(i)).second) continue;
+        auto best = i;
+        for (auto k = i; k < points.size(); ++k)
+            if (study.settings[k].subject->name == map && machine_of(k) == machine_of(i) && points[k].refused.empty() &&
+                (!points[best].refused.empty() || points[k].modelled_ms < points[best].modelled_ms))
+                best = k;
+        auto const& p = points[best];
+        text += "  " + (p.refused.empty() ? "beside it: " + text_of(study.settings[best], p)
+                                          : shared::one_line("refused: " + p.name + ": " + p.refused) + "\n");
+    }
+    return text;
+}
+
 int run(Options const& o)
 {
     auto const study = explore::load_study(o.study);
@@ -365,6 +396,8 @@ int run(Options const& o)
                      thousands(exploration.runs()) + " runs for " + thousands(exploration.to_price()) +
                      " points. Points with the same counts share a run; prices, clocks and networks need none.";
     if (!o.quiet) std::cerr << how << std::endl;
+    for (auto const& note : study.notes)
+        if (!o.quiet) std::cerr << shared::one_line(note) << std::endl;
     exploration.run();
     if (auto const signal = shared::interrupt(); signal != 0 && exploration.finished() < study.settings.size()) {
         std::cerr << "interrupted after " << exploration.finished() << " of " << study.settings.size() << " points (" << shared::signal_name(signal)
@@ -374,7 +407,9 @@ int run(Options const& o)
     auto const& points = exploration.points();
     std::vector<tilemesh::StudyPoint> const values(points.begin(), points.end());
     report::write_whole(o.csv, csv_of(study, points));
-    report::write_whole(o.out / page_file, page_of(study, points, how));
+    auto said = how;
+    for (auto const& note : study.notes) said += " Note: " + note + ".";
+    report::write_whole(o.out / page_file, page_of(study, points, said));
     if (o.quiet) return 0;
     std::string text = how + "\n";
     bool has_knee = false;
@@ -383,11 +418,10 @@ int run(Options const& o)
         text += "the front of " + map + " (" + of->subject->view + "):\n";
         for (auto const i : front) {
             if (front.size() > 20 && i != front.front() && i != front.back()) continue; // the line below counts these
-            text += "  " + points[i].name + ": " + (std::isinf(points[i].psnr_db) ? "equal" : report::decimals(points[i].psnr_db, 2) + " dB") + ", " + report::decimals(points[i].modelled_ms, 4) + " ms (" + explore::weakest_text(points[i]) + "), " +
-                    thousands(points[i].sram_bytes) + " bytes of SRAM a tile (" + thousands(explore::free_bytes(study.settings[i], points[i])) + " free), " +
-                    thousands(points[i].exchanged_bytes) + " bytes exchanged" + (points[i].whole_channels ? " by whole channels\n" : " as messages\n");
+            text += "  " + text_of(study.settings[i], points[i]);
         }
         if (front.size() > 20) text += "  (" + thousands(front.size() - 2) + " points between the fastest and the slowest are in the table)\n";
+        text += beside_front(study, points, map, front);
         text += knee_text(values, front) + "\n";
         has_knee = has_knee || knee_of(values, front);
     }

@@ -1,5 +1,6 @@
 #include "runs.hpp"
 #include "../render_map/reference.hpp"
+#include "../shared/process.hpp"
 #include "../shared/sha256.hpp"
 #include <algorithm>
 #include <array>
@@ -286,7 +287,10 @@ std::vector<report::Image> references_of(Subject const& subject, std::uint32_t t
     std::vector<report::Image> out;
     splat::Rules rules;
     if (subject.antialias) rules.coverage = splat::Coverage::preserved;
-    for (auto const& view : subject.views) out.push_back(render_map::reference_of(subject.map, view, rules, report::Cuts::none, threads));
+    for (auto const& view : subject.views) {
+        if (shared::interrupt() != 0) throw Interrupted{};
+        out.push_back(render_map::reference_of(subject.map, view, rules, report::Cuts::none, threads));
+    }
     return out;
 }
 
@@ -295,6 +299,9 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
     auto const begin = std::chrono::steady_clock::now();
     auto const options = options_of(s, threads);
     tilemesh::Renderer renderer{s.subject->map, s.homes ? sized.homes : sized.anchored, options};
+    renderer.observe([](auto const&) { // a frame may take minutes
+        if (shared::interrupt() != 0) throw Interrupted{};
+    });
     Frames out;
     out.point.psnr_db = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < s.subject->views.size(); ++i) {

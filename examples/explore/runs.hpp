@@ -64,6 +64,8 @@ struct Frames {
     Point point;                    ///< without time, name and digest
     tilemesh::report::Image picture; ///< of the first frame
 };
+/// Thrown after an interrupt: by `run` at the end of a superstep, by `references_of` at the end of a view.
+struct Interrupted {};
 /// Renders every view. `references` are the pictures in double precision without cut-offs, one a view.
 Frames run(Setting const& setting, Sized const& sized, std::vector<tilemesh::report::Image> const& references, std::uint32_t threads);
 std::vector<tilemesh::report::Image> references_of(Subject const& subject, std::uint32_t threads);

@@ -373,8 +373,23 @@ private:
                 set_number(machine, key, one.words(), "guess: the study has it");
                 if (!value.get("name") || value_has_list(changed)) machine.name += " " + key + " " + one.words();
             }
+            note_guesses(machine, base);
             add_machine(std::move(machine));
         }
+    }
+    /// Guesses are for the size of their file's machine.
+    void note_guesses(tilemesh::MachineFile const& machine, tilemesh::MachineFile const& base)
+    {
+        bool const other_size = machine.number("tiles").value != base.number("tiles").value ||
+                                machine.number("columns").value != base.number("columns").value ||
+                                machine.number("rows").value != base.number("rows").value;
+        std::string guessed;
+        for (std::string const name : {"barrier", "vote"})
+            if (auto const& number = machine.number(name); other_size && number == base.number(name) && number.source.starts_with("guess"))
+                guessed.append(guessed.empty() ? "" : " and ").append(name);
+        if (!guessed.empty())
+            study_.notes.push_back("machine " + shared::one_line(machine.name, 60) + " keeps the " + guessed + " of " + base.name +
+                                   " (guesses for its number of tiles, which do not scale); give them in the study");
     }
     static bool value_has_list(std::vector<std::pair<std::string, Value>> const& members)
     {

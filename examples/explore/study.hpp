@@ -58,6 +58,7 @@ struct Study {
     std::string name;
     std::vector<Setting> settings;
     std::vector<std::filesystem::path> read;       ///< every file that it reads
+    std::vector<std::string> notes;                ///< what a reader of the answers must know, a line each
 };
 
 /// A problem with another advice: what follows the last "; " of an error.

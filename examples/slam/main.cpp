@@ -109,8 +109,8 @@ Outcome load_outcome(slam::StateReader& in)
     return out;
 }
 
-/// Gives frame k to the session.
-void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
+/// Gives frame k to the session. Returns whether an interrupt ended the steps of its keyframe.
+bool add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
 {
     auto const begin = std::chrono::steady_clock::now();
     auto const f = session.add({seen.seconds, std::move(seen.colour), std::move(seen.depth)});
@@ -161,6 +161,7 @@ void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
                       json.member("rotation_error_deg", degrees);
                       json.member("translation_error", off);
                   });
+    return f.keyframe && f.keyframe->stopped;
 }
 
 /// A view to compare the map with, after the last frame.
@@ -177,7 +178,7 @@ double mean_psnr(slam::Session& session, Outcome const& out, std::size_t& compar
         if (!out.done[k].keyframe) others.push_back(k);
     std::size_t const step = others.size() / most_compared + 1;
     double sum = 0;
-    for (std::size_t i = 0; i < others.size(); i += step)
+    for (std::size_t i = 0; i < others.size() && shared::interrupt() == 0; i += step)
         if (auto const one = view(others[i])) {
             sum += session.mapper().measure(one->camera, one->target).psnr_db();
             ++compared;
@@ -252,7 +253,7 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
 
 /// Says on standard error how a run ended that is not as it was asked for, and returns the exit status: 128 and the signal after an
 /// interrupt, 2 if something could not be printed, 1 if every frame that was tracked is lost.
-int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer const& printer)
+int end_of(Options const& o, Outcome const& out, std::size_t frames, bool cut, Printer const& printer)
 {
     auto const count = out.done.size();
     auto const say = [](std::string const& text) { std::cerr << shared::one_line(text) << std::endl; };
@@ -267,11 +268,11 @@ int end_of(Options const& o, Outcome const& out, std::size_t frames, Printer con
             (end == std::string::npos ? "take pictures that are closer together" : out.first_loss.substr(end + 2)));
     }
     if (printer.problem) say(*printer.problem);
-    if (auto const signal = shared::interrupt(); signal != 0 && count < frames) {
+    if (auto const signal = shared::interrupt(); signal != 0 && (cut || count < frames)) {
         auto const of = " of " + std::to_string(frames) + " (" + shared::signal_name(signal) + "); ";
         say(count == 0 ? "interrupted before frame 1" + of + "nothing is written, start again"
-                       : "interrupted after frame " + std::to_string(count) + of + (o.out / "map.ply").string() +
-                             " has the map of these frames, " +
+                       : std::string("interrupted ") + (cut ? "in the steps after frame " : "after frame ") + std::to_string(count) + of +
+                             (o.out / "map.ply").string() + " has the map of these frames, " +
                              (o.resume ? "the same command goes on from there" : "start again for the rest"));
         return 128 + signal;
     }
@@ -302,6 +303,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.mapper.first_steps = 2 * o.steps;
     how.mapper.insert.cell = o.cell;
     how.mapper.threads = o.threads;
+    how.mapper.stop = [] { return shared::interrupt() != 0; };
     // Far motions are many pixels of a large picture: there, forward mode lost 4 of 30 frames, and hybrid none (README.md).
     how.tracker.method = o.method.value_or(lens.width < 320 ? track::Method::forward : track::Method::hybrid);
     how.keyframe_every = o.keyframe_every;
@@ -335,12 +337,13 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     auto const write = [&] {
         write_all(o, session, out, facts, growth ? &*growth : nullptr, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
     };
+    bool cut = false; // an interrupt ended steps: the state before them is the one to go on from
     try {
         for (std::size_t k = out.done.size(); k < count && shared::interrupt() == 0; ++k) {
-            add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
+            cut = add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
             bool const is_keyframe = out.done.back().keyframe;
             if (growth && is_keyframe) growth->see(session.mapper(), k);
-            if (checkpoint && (is_keyframe || shared::interrupt() != 0)) keep();
+            if (checkpoint && !cut && (is_keyframe || shared::interrupt() != 0)) keep();
         }
     } catch (...) {
         if (out.done.empty()) throw;
@@ -353,11 +356,11 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     if (shared::interrupt() == 0) {
         auto const begin = std::chrono::steady_clock::now();
         auto const steps = std::min<std::uint64_t>(std::uint64_t{o.finish} * out.keyframe_count, 1'000'000'000);
-        session.mapper().refine(static_cast<std::uint32_t>(steps));
+        cut = session.mapper().refine(static_cast<std::uint32_t>(steps)) < steps && out.keyframe_count != 0;
         out.all_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     }
     if (!out.done.empty()) write();
-    return end_of(o, out, count, printer);
+    return end_of(o, out, count, cut, printer);
 }
 
 int run(Options const& o)

@@ -125,6 +125,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
     auto& f = all.frames[0];
     f.timestamp_s = 0.5;
+    f.view.emplace();
     f.depth = "frame_0000.depth.pfm";
     f.alpha = "frame_0000.alpha.pfm";
     f.modelled = {"mk2", 123456, 0.25};
@@ -140,14 +141,15 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     CHECK(validator.unseen() == std::vector<std::string>{});
     CHECK(validator.errors(report::json_of(report::RunReport{})) == std::vector<std::string>{});
 
-    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "modelled", "full_tiles", "unfinished", "error", "error_same_cuts",
-                                            "photograph", "compared"};
+    std::set<std::string> const optional = {"image",      "depth",      "alpha", "timestamp_s",     "intrinsics_px", "world_to_camera", "modelled",
+                                            "full_tiles", "unfinished", "error", "error_same_cuts", "photograph",    "compared"};
     for (auto const& [change, spoiled] : json_schema::spoiled(json)) {
         auto const& how = change; // Clang 14 captures no structured binding
         CAPTURE(how);
         auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
         bool const of_frame = how.ends_with(": /frames/0") && optional.contains(name);
-        bool const may_lack = of_frame || how == "without made_from: " || how == "without ranks: " || how == "without note: /machine" || (how.starts_with("without ") && how.ends_with(": /setup")) || how == "without photographs: ";
+        bool const may_lack =
+            of_frame || how == "without made_from: " || how == "without ranks: " || how == "without note: /machine" || how == "without photographs: ";
         CHECK(validator.errors(spoiled).empty() == may_lack);
     }
 
@@ -302,6 +304,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK(report::frame_of(json_of(f)).photograph->measures.psnr_db == std::numeric_limits<double>::infinity());
     f.report.host_ms.total = 0.1;
     f.timestamp_s = 1305031102.175304;
+    f.view.emplace(tilemesh::splat::Camera{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}, {1, 2, 4}, 50, 60, 32, 24, 0.2f, 64, 48});
     f.modelled = {"my machine", 7, 0.1};
     f.report.full_tiles = {2, 17, 3105, 2000};
     f.report.program = report::Program::homes;
@@ -309,6 +312,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     for (std::uint32_t cause = 0; cause < report::causes; ++cause)
         f.report.lost.push_back({tilemesh::splat::GaussianId{cause}, cause, report::Cause{cause}});
     CHECK(same(f));
+    CHECK(json_of(f)["world_to_camera"].dump() == "[[0.0,1.0,0.0,-2.0],[-1.0,0.0,0.0,1.0],[0.0,0.0,1.0,-4.0],[0.0,0.0,0.0,1.0]]"); // -R c
     CHECK(report::frame_of(json_of(f)).report.program == report::Program::homes);
     CHECK(report::frame_of(json_of(f)).report.unfinished == f.report.unfinished);
     CHECK(report::frame_of(json_of(f)).error_same_cuts->psnr_db == std::numeric_limits<double>::infinity());

@@ -87,6 +87,31 @@ TEST_CASE("mapper: more steps take each keyframe once in a round, and make all o
     CHECK(mapper.map().gaussians.size() == gaussians);
 }
 
+TEST_CASE("mapper: `stop` ends the steps of a keyframe and of refine, and says so")
+{
+    Mapper truth(on_slam::wall(), 2);
+    auto const camera = scene::make_camera(on_slam::pose(0), on_slam::lens());
+    int asked = 0;
+    slam::MapperOptions options;
+    options.first_steps = 5;
+    options.stop = [&] { return ++asked == 3; };
+    Mapper stopped({}, 2, options);
+    auto const key = stopped.add(camera, target_of(truth.render(camera)));
+    CHECK(key.stopped);
+    CHECK(key.steps == 3);
+    CHECK(stopped.refine(4) == 4);
+    asked = 1;
+    CHECK(stopped.refine(4) == 1);
+
+    options.first_steps = 3; // the last step is not asked about
+    asked = 0;
+    Mapper whole({}, 2, options);
+    auto const other = whole.add(camera, target_of(truth.render(camera)));
+    CHECK_FALSE(other.stopped);
+    CHECK(other.steps == 3);
+    CHECK(other.psnr_db != key.psnr_db); // rates fade over all steps that were asked for
+}
+
 TEST_CASE("mapper: the first keyframe fills each cell with a depth, and the same picture again nearly none")
 {
     Mapper truth(on_slam::wall(), 2);

@@ -98,6 +98,12 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.timestamp_s) {
             json.member("timestamp_s", *frame.timestamp_s);
         }
+        if (frame.view) {
+            json.list("intrinsics_px", frame.view->intrinsics_px);
+            std::string rows; // one line: a matrix
+            for (std::size_t i = 0; i < 16; ++i) rows += (i == 0 ? "[[" : i % 4 == 0 ? "], [" : ", ") + digits(frame.view->world_to_camera[i]);
+            json.member_as_is("world_to_camera", rows + "]]");
+        }
         json.list("size_px", std::array{r.width, r.height});
         json.list("grid", frame.grid);
         json.list("tile_px", frame.tile_px);

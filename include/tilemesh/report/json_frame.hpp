@@ -45,6 +45,12 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
         json.at("grid").get_to(frame.grid);
         json.at("tile_px").get_to(frame.tile_px);
         if (json.contains("timestamp_s")) frame.timestamp_s = json.at("timestamp_s").get<double>();
+        if (json.contains("intrinsics_px") || json.contains("world_to_camera")) {
+            auto& view = frame.view.emplace();
+            json.at("intrinsics_px").get_to(view.intrinsics_px);
+            auto const rows = json.at("world_to_camera").get<std::array<std::array<double, 4>, 4>>();
+            for (std::size_t i = 0; i < 16; ++i) view.world_to_camera[i] = rows[i / 4][i % 4];
+        }
         frame.image = json.value("image", "");
         frame.depth = json.value("depth", "");
         frame.alpha = json.value("alpha", "");

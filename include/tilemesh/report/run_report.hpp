@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -7,6 +8,7 @@
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
+#include <tilemesh/splat/camera.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -26,10 +28,28 @@ struct Comparison {
     std::string error;                             ///< the file of the error picture; empty: none
 };
 
+/// A camera as report.json has it, and as the library's own camera files have it.
+struct ViewOf {
+    std::array<double, 4> intrinsics_px{};    ///< fx, fy, cx, cy
+    std::array<double, 16> world_to_camera{}; ///< 4 x 4, row by row; x right, y down, z forward
+
+    ViewOf() = default;
+    explicit ViewOf(splat::Camera const& c) : intrinsics_px{c.fx, c.fy, c.cx, c.cy}
+    {
+        world_to_camera[15] = 1;
+        for (std::size_t row = 0; row < 3; ++row)
+            for (std::size_t k = 0; k < 3; ++k) {
+                world_to_camera[4 * row + k] = c.rotation[row][k];
+                world_to_camera[4 * row + 3] -= double{c.rotation[row][k]} * c.position[k];
+            }
+    }
+};
+
 /// One frame of a run: its report, its tiling and, if a reference was rendered, its error.
 struct RunFrame {
     FrameReport report;
     std::optional<double> timestamp_s;             ///< of the pose, if the camera follows a trajectory
+    std::optional<ViewOf> view;                    ///< from where the frame was seen
     std::string image;                             ///< the file of the picture; empty: none
     std::string depth, alpha;                      ///< the files of its planes; empty: none
     std::array<std::uint32_t, 2> grid{};           ///< tiles, width and height

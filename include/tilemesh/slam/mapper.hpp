@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -32,12 +33,15 @@ struct MapperOptions {
     std::uint32_t threads = 1;
     splat::TileSize tile{32, 20}; ///< changes no bit of the map
     std::uint64_t seed = 1;       ///< of the choice of keyframes
+    /// Asked before each step, if it is given: true ends the steps of this keyframe, or of `refine`.
+    std::function<bool()> stop{};
 };
 
 /// What a keyframe did to the map.
 struct Keyframe {
     std::size_t inserted = 0, removed = 0, gaussians = 0; ///< `gaussians`: in the map afterwards
     std::uint32_t steps = 0;
+    bool stopped = false; ///< `MapperOptions::stop` ended its steps early
     double psnr_db = 0; ///< of this keyframe's picture, afterwards
 };
 
@@ -70,8 +74,9 @@ public:
     /// Adds a keyframe. The target's depths say where Gaussians are: a cell without a known depth gets none.
     TILEMESH_HOST Keyframe add(splat::Camera const& camera, mapping::Target target);
     /// Takes steps by all keyframes, each once in a round and each round in another order, as after the last frame. Rates fall to a tenth
-    /// over these steps. Nothing is inserted or removed; without a keyframe, nothing happens.
-    TILEMESH_HOST void refine(std::uint32_t steps);
+    /// over these steps. Nothing is inserted or removed; without a keyframe, nothing happens. Returns the steps that were taken: fewer if
+    /// `MapperOptions::stop` says so.
+    TILEMESH_HOST std::uint32_t refine(std::uint32_t steps);
     /// The share of a target's pixels that have a known depth and are at most half covered by the map: a large share wants a keyframe.
     TILEMESH_HOST double open_share(splat::Camera const& camera, mapping::Target const& target);
     /// How well a view of the map agrees with a target.

@@ -133,13 +133,14 @@ TILEMESH_HOST Keyframe Mapper::add(splat::Camera const& camera, mapping::Target 
 
     Keyframe out;
     out.inserted = more.size();
-    out.steps = newest == 0 ? o.first_steps : o.steps;
+    auto const steps = newest == 0 ? o.first_steps : o.steps;
     auto const rates = splat::map::usual_rates(w.scene_depth) * o.rate;
     w.with_refiner([&](auto& refiner) {
         refiner.add(more);
-        for (std::uint32_t i = 0; i < out.steps; ++i) {
-            auto const& by = w.keyframes[keyframe_of_step(newest, i, o.window, o.seed)];
-            refiner.step(by.camera, by.target, splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(out.steps)));
+        for (; out.steps < steps && !out.stopped; out.stopped = out.steps < steps && o.stop && o.stop()) {
+            auto const& by = w.keyframes[keyframe_of_step(newest, out.steps, o.window, o.seed)];
+            refiner.step(by.camera, by.target, splat::map::faded(rates, static_cast<float>(out.steps) / static_cast<float>(steps)));
+            ++out.steps;
         }
         out.removed = refiner.remove_if([&](splat::Gaussian const& g) { return splat::map::is_removed(g, o.remove, w.scene_depth); });
         out.gaussians = refiner.map().gaussians.size();
@@ -148,17 +149,19 @@ TILEMESH_HOST Keyframe Mapper::add(splat::Camera const& camera, mapping::Target 
     return out;
 }
 
-TILEMESH_HOST void Mapper::refine(std::uint32_t steps)
+TILEMESH_HOST std::uint32_t Mapper::refine(std::uint32_t steps)
 {
     auto& w = *work_;
-    if (w.keyframes.empty()) return;
+    if (w.keyframes.empty()) return 0;
+    std::uint32_t taken = 0;
     auto const rates = splat::map::usual_rates(w.scene_depth) * w.options.rate;
     w.with_refiner([&](auto& refiner) {
-        for (std::uint32_t i = 0; i < steps; ++i) {
-            auto const& by = w.keyframes[keyframe_of_round(w.keyframes.size(), i, w.options.seed)];
-            refiner.step(by.camera, by.target, splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(steps)));
+        for (; taken < steps && !(w.options.stop && w.options.stop()); ++taken) {
+            auto const& by = w.keyframes[keyframe_of_round(w.keyframes.size(), taken, w.options.seed)];
+            refiner.step(by.camera, by.target, splat::map::faded(rates, static_cast<float>(taken) / static_cast<float>(steps)));
         }
     });
+    return taken;
 }
 TILEMESH_HOST double Mapper::open_share(splat::Camera const& camera, mapping::Target const& target)
 {
