@@ -130,7 +130,7 @@ TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in 
     Rules rules;
     rules.arithmetic = Arithmetic::fast;
     support::Random random(66);
-    std::size_t lost = 0, tried = 0;
+    std::size_t lost = 0, gained = 0, tried = 0;
     std::vector<FloatPixel> pixels(8 * 4);
     for (int trial = 0; trial < 4000; ++trial) {
         // A small splat, whose mean is left or right of a cell. Its own row crosses the cell's nearest column.
@@ -154,9 +154,14 @@ TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in 
         blend_whole_tile(PixelRect{column, column + 8, row, row + 4}, camera, rules, 1, at, pixels.data(), 8, counts, 1);
         lost += counts[0].contributing == 0 ? 1 : 0;
         ++tried;
+        // A rectangle of 16-pixel tiles may end before the pixel. A tile beyond it does not have the splat, so no tile shows it there.
+        s.columns = left ? column << 16 : 6000u << 16 | (column + 8);
+        blend_whole_tile(PixelRect{column, column + 8, row, row + 4}, camera, rules, 1, at, pixels.data(), 8, &(counts[0] = {}), 1);
+        gained += counts[0].contributing;
     }
     CHECK(tried > 1000);
     CHECK(lost == 0);
+    CHECK(gained == 0);
 }
 
 TEST_CASE("cells: needles whose means are far away are within 2e-5 of precise, also where the principal point is between pixels")
