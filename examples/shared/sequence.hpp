@@ -136,6 +136,14 @@ public:
     {
         return nearest_[k] ? std::optional(poses_[*nearest_[k]].pose) : std::nullopt;
     }
+    /// The file of picture k, from the folder of the pictures.
+    std::string name(std::size_t k) const
+    {
+        auto const& photos = *options_.photos;
+        auto const file =
+            list_[k * options_.step()].colour.file.lexically_relative(std::filesystem::is_directory(photos) ? photos : photos.parent_path());
+        return file.generic_string();
+    }
     SeenFrame take(std::size_t k) const
     {
         auto const& frame = list_[k * options_.step()];
@@ -178,6 +186,8 @@ public:
         spoiling_.gain_drift = o.gain_drift;
         if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
     }
+    /// The number of frame k on the path.
+    std::string name(std::size_t k) const { return std::to_string(std::uint64_t{k} * options_.step()); }
     std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.step() - 1) / options_.step()); }
     scene::Pose truth(std::size_t k) const
     {

@@ -1,4 +1,5 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
+#include "../shared/camera_file.hpp"
 #include "../shared/camera_path.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
@@ -18,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <iostream>
 #include <limits>
@@ -184,10 +186,12 @@ double mean_psnr(slam::Session& session, Outcome const& out, std::size_t& compar
     return compared != 0 ? sum / static_cast<double>(compared) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// What the summary says besides the frames.
+/// What the results say besides the frames.
 struct Facts {
     double scale;
     std::array<double, 3> origin;
+    scene::Intrinsics lens;
+    std::function<std::string(std::size_t)> name; ///< of a frame's picture
 };
 /// Writes the map and the trajectories, then compares, and writes the report.
 template <class View>
@@ -203,6 +207,14 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
     auto const truth = shared::in_file_coordinates(out.truth, facts.origin);
     report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated, is_lost));
     if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
+    std::vector<shared::FoundCamera> found, keyframes; // a lost frame has no pose to look from
+    for (std::size_t k = 0; k < out.done.size(); ++k) {
+        if (out.done[k].lost) continue;
+        found.push_back({facts.name(k), estimated[k].pose});
+        if (out.done[k].keyframe) keyframes.push_back(found.back());
+    }
+    report::write_whole(o.out / "cameras.json", shared::camera_file_text(found, facts.lens));
+    report::write_whole(o.out / "keyframes.json", shared::camera_file_text(keyframes, facts.lens));
 
     std::size_t compared = 0;
     double const psnr = mean_psnr(session, out, compared, view), frames = static_cast<double>(out.done.size());
@@ -246,7 +258,8 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
     printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
                 " keyframes, " + std::to_string(gaussians) + " Gaussians; " + rounded(psnr) + " dB in " + std::to_string(compared) +
                 " other frames; " + rounded(out.all_ms / frames) + " ms a frame\n");
-    printer.say(shared::one_line((o.out / "map.ply").string()) + " has the map\n");
+    printer.say(shared::one_line((o.out / "map.ply").string()) + " has the map, and " + shared::one_line((o.out / "keyframes.json").string()) +
+                " the cameras that see it\n");
 }
 
 /// Says on standard error how a run ended that is not as it was asked for, and returns the exit status: 128 and the signal after an
@@ -291,7 +304,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
         return seen;
     };
     auto first = take(0);
-    Facts const facts{slam::median_depth(first.depth), map.origin};
+    Facts const facts{slam::median_depth(first.depth), map.origin, lens, [&](std::size_t k) { return source.name(k); }};
     if (!(facts.scale > 0))
         throw Error(std::string("the first picture has no known depth (") +
                     (has_depth ? "its depth picture has none, and a map needs depths); begin with a picture that has them, or change --depth-scale"

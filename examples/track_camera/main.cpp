@@ -1,4 +1,5 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
+#include "../shared/camera_file.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
@@ -133,11 +134,17 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.
-void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, std::array<double, 3> const& origin, Printer& printer)
+template <class Source>
+void write_all(Options const& o, Source const& source, scene::Intrinsics const& lens, track_camera::PhotoWriter const* photos, Outcome const& out,
+               double scale, std::array<double, 3> const& origin, Printer& printer)
 {
     auto const estimated = shared::in_file_coordinates(out.estimated, origin), truth = shared::in_file_coordinates(out.truth, origin);
     report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated, out.is_lost));
     if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
+    std::vector<shared::FoundCamera> found;
+    for (std::size_t k = 0; k < estimated.size(); ++k)
+        if (!out.is_lost[k]) found.push_back({source.name(k), estimated[k].pose});
+    report::write_whole(o.out / "cameras.json", shared::camera_file_text(found, lens));
     report::write_whole(o.out / "paths.svg", shared::path_plot(estimated, out.is_lost, truth));
     if (photos) photos->finish(scene::tum_text(truth));
     auto const count = static_cast<double>(out.estimated.size());
@@ -206,7 +213,7 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
     Outcome out;
     report::Image last;
     auto const write = [&] {
-        write_all(o, photos ? &*photos : nullptr, out, scale, map.origin, printer);
+        write_all(o, source, lens, photos ? &*photos : nullptr, out, scale, map.origin, printer);
         report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
