@@ -62,6 +62,14 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
     return scene::stretched(camera.camera, size);
 }
 
+/// What a program says of the lens that it uses.
+inline std::string lens_line(scene::Intrinsics const& lens)
+{
+    auto const px = [](double value) { return tilemesh::significant(value, 6); };
+    return "lens: " + std::to_string(lens.width) + " x " + std::to_string(lens.height) + " pixels, fx " + px(lens.fx) + ", fy " + px(lens.fy) +
+           ", cx " + px(lens.cx) + ", cy " + px(lens.cy) + ", near plane " + px(double{lens.near_depth}) + "\n";
+}
+
 /// The camera of --camera in the pictures' size, and what its file says. Without --cameras, the one that the options place.
 struct FirstCamera {
     tilemesh::splat::Camera camera;

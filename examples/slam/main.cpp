@@ -112,7 +112,7 @@ Outcome load_outcome(slam::StateReader& in)
 }
 
 /// Gives frame k to the session.
-void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
+void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, shared::Pace const& pace, Printer& printer)
 {
     auto const begin = std::chrono::steady_clock::now();
     auto const f = session.add({seen.seconds, std::move(seen.colour), std::move(seen.depth)});
@@ -150,7 +150,7 @@ void add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
         out.keyframe_ms += ms;
     }
     printer.say("frame " + std::to_string(k) + ": " + track::name_of(t.verdict) + (t.why.empty() ? "" : ", ") + t.why + ", " +
-                std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + "\n");
+                std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + pace.after(k + 1) + "\n");
     out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
                       json.member("status", track::name_of(t.verdict));
                       json.member("why", t.why);
@@ -322,6 +322,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.keyframe_every = o.keyframe_every;
     how.most_open = o.most_open;
     how.with_exposure = o.photos || (o.noise > 0.0 && o.gain_drift > 0.0);
+    printer.say(shared::lens_line(lens));
     slam::Session session(std::move(map), lens, facts.scale, start, how);
 
     Outcome out;
@@ -350,9 +351,10 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     auto const write = [&] {
         write_all(o, session, out, facts, growth ? &*growth : nullptr, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
     };
+    shared::Pace const pace(out.done.size(), count);
     try {
         for (std::size_t k = out.done.size(); k < count && shared::interrupt() == 0; ++k) {
-            add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
+            add_one(k, k == 0 ? std::move(first) : take(k), session, out, pace, printer);
             bool const is_keyframe = out.done.back().keyframe;
             if (growth && is_keyframe) growth->see(session.mapper(), k);
             if (checkpoint && (is_keyframe || shared::interrupt() != 0)) keep();

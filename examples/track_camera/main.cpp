@@ -84,7 +84,8 @@ struct Outcome {
 };
 
 /// Tracks frame k. A frame that a part of the blocks lost is tracked again with all of them, from the same start.
-void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out, Printer& printer)
+void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out,
+               shared::Pace const& pace, Printer& printer)
 {
     auto& settings = evaluate.options();
     auto const begin = std::chrono::steady_clock::now();
@@ -118,8 +119,9 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
         off = glm::length(f.pose.position - seen.truth->position);
         off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
     }
-    printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why + (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " +
-                rounded(ms) + " ms" + off_by + "\n");
+    printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why +
+                (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " + rounded(ms) + " ms" +
+                off_by + pace.after(k + 1) + "\n");
     out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
                       json.member("status", track::name_of(f.verdict));
                       json.member("why", f.why);
@@ -217,12 +219,13 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
         report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
+    shared::Pace const pace(0, count);
     try {
         for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k) {
             auto seen = source.take(k); // whole, or not at all
             if (photos) photos->write(seen.seconds, seen.colour, seen.depth);
             auto colour = seen.colour;
-            track_one(o, k, std::move(seen), tracker, evaluate, out, printer);
+            track_one(o, k, std::move(seen), tracker, evaluate, out, pace, printer);
             last = std::move(colour);
         }
     } catch (...) {
@@ -259,6 +262,7 @@ int run(Options const& o)
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
+    printer.say(shared::lens_line(lens));
 
     tilemesh::Renderer renderer{map, splat::with_planes(splat::lossless, true, true), {.threads = o.threads}};
     if (o.photos) {
