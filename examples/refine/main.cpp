@@ -163,6 +163,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
     Order order(count);
     double ms = 0;
     std::uint32_t done = 0;
+    shared::Pace const pace(0, steps);
     for (; done < steps && shared::interrupt() == 0; ++done) {
         auto const& view = views.used[order.next()];
         auto const target = view.target();
@@ -170,8 +171,8 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
         auto const fit = refiner.step(view.camera, target, splat::map::faded(rates, static_cast<float>(done) / static_cast<float>(steps)));
         ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
         if ((done + 1) % tenth == 0)
-            printer.say("step " + std::to_string(done + 1) + " of " + std::to_string(steps) + ": " + rounded(fit.psnr_db()) + " dB in " +
-                        shared::one_line(view.name, 200) + ", " + rounded(ms / (done + 1)) + " ms a step\n");
+            printer.say("step " + std::to_string(done + 1) + ": " + rounded(fit.psnr_db()) + " dB in " + shared::one_line(view.name, 200) + ", " +
+                        rounded(ms / (done + 1)) + " ms a step" + pace.after(done + 1) + "\n");
     }
     auto const after = compare(refiner, views.held_out);
     auto const bytes = scene::ply_bytes(refiner.map());

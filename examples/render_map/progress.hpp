@@ -1,4 +1,5 @@
 #pragma once
+#include "../shared/printer.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
 #include <chrono>
@@ -11,14 +12,7 @@
 
 namespace render_map {
 
-/// 41 as "0:41", 3675 as "1:01:15".
-inline std::string clock_text(std::uint64_t seconds)
-{
-    auto const two = [](std::uint64_t number) { return (number < 10 ? ":0" : ":") + std::to_string(number); };
-    auto const minutes = seconds / 60;
-    if (minutes < 60) return std::to_string(minutes) + two(seconds % 60);
-    return std::to_string(minutes / 60) + two(minutes % 60) + two(seconds % 60);
-}
+using shared::clock_text;
 
 /// One line on standard error that is overwritten. It prints nothing unless standard error is a terminal and `wanted` is true.
 class Progress {

@@ -67,7 +67,8 @@ std::string camera_names(CameraInput const& in)
 
 void add_notes(std::vector<std::string>& to, fs::path const& file, std::vector<std::string> const& notes)
 {
-    for (auto const& note : notes) to.push_back(file.filename().string() + ": " + note);
+    auto const name = (file.has_filename() ? file : file.parent_path()).filename().string(); // of "seen/", too
+    for (auto const& note : notes) to.push_back(name + ": " + note);
 }
 
 std::vector<scene::NamedCamera> load_cameras(CameraInput const& in, MapShape const& map, std::optional<scene::Size> size,

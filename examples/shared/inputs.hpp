@@ -10,6 +10,7 @@
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <vector>
 
@@ -106,6 +107,7 @@ struct MotionInput {
 
 struct RecordingInput {
     std::optional<std::filesystem::path> photos; ///< none: pictures are rendered
+    double depth_within = tilemesh::scene::most_seconds_apart; ///< the furthest that a depth of a depth.txt is from its picture, in seconds
     double depth_levels = 5000.0, noise = 0.02, shutter = 0.5, gain_drift = 0.1;
     bool depth = true;
 };

@@ -4,15 +4,21 @@
 #include "sequence_options.hpp"
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/plot.hpp>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
@@ -37,6 +43,33 @@ struct SeenFrame {
     std::optional<scene::Pose> truth;
 };
 
+/// The camera of pictures of this size. Throws Error unless both sides have the same scale within the rounding of a size to whole pixels.
+inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera, scene::Size size, std::string const& file, std::vector<std::string>& notes)
+{
+    scene::Size const own{camera.camera.width, camera.camera.height};
+    auto const product = [](std::uint32_t a, std::uint32_t b) { return std::int64_t{a} * std::int64_t{b}; };
+    auto const by = [](scene::Size s) { return std::to_string(s.width) + " x " + std::to_string(s.height); };
+    auto const scale = [](std::uint32_t to, std::uint32_t from) { return tilemesh::significant(static_cast<double>(to) / from, 4); };
+    auto const across = scale(size.width, own.width), down = scale(size.height, own.height);
+    // A side that is rounded is off by less than a pixel, so the product of the sides crosswise is off by less than the sum of the other size.
+    auto const most = std::max(std::int64_t{own.width} + own.height, std::int64_t{size.width} + size.height);
+    if (std::llabs(product(size.width, own.height) - product(size.height, own.width)) >= most)
+        throw tilemesh::Error("camera " + scene::label(camera) + " of " + file + " is not the camera of these pictures (" + by(own) + " pixels become " + by(size) +
+                              " with a scale of " + across + " across and " + down + " down); name a camera of the pictures' shape");
+    if (own.width != size.width || own.height != size.height)
+        notes.push_back(file + ": camera " + scene::label(camera) + " is scaled by " + across + (across == down ? "" : " across and " + down + " down") +
+                        " (" + by(own) + " pixels to " + by(size) + ")");
+    return scene::stretched(camera.camera, size);
+}
+
+/// What a program says of the lens that it uses.
+inline std::string lens_line(scene::Intrinsics const& lens)
+{
+    auto const px = [](double value) { return tilemesh::significant(value, 6); };
+    return "lens: " + std::to_string(lens.width) + " x " + std::to_string(lens.height) + " pixels, fx " + px(lens.fx) + ", fy " + px(lens.fy) +
+           ", cx " + px(lens.cx) + ", cy " + px(lens.cy) + ", near plane " + px(double{lens.near_depth}) + "\n";
+}
+
 /// The camera of --camera in the pictures' size, and what its file says. Without --cameras, the one that the options place.
 struct FirstCamera {
     tilemesh::splat::Camera camera;
@@ -48,18 +81,35 @@ inline FirstCamera first_camera(SequenceOptions const& o, MapShape const& map, s
     if (!o.cameras) return {placed_camera(o, map, size, built_in)};
     FirstCamera out{};
     auto const chosen = load_cameras(o, map, size, notes, out.sized_by).front();
-    out.camera = scene::resized(chosen.camera, size.width, size.height);
+    out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes) : scene::resized(chosen.camera, size.width, size.height);
     out.names_near = chosen.names_near;
     return out;
 }
 
-/// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option.
+/// The pictures of --photos, without their depths if the options say so; empty without the option.
+inline std::vector<scene::RgbdFrame> recording_of(SequenceOptions const& o, std::vector<std::string>& notes)
+{
+    if (!o.photos) return {};
+    std::vector<std::string> of_list;
+    auto list = scene::load_rgbd(*o.photos, o.depth ? std::optional(o.depth_within) : std::nullopt, &of_list);
+    add_notes(notes, *o.photos, of_list);
+    return list;
+}
+
+/// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option. Throws Error for poses without time
+/// stamps that are not as many as the pictures of `list`.
 inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& first, std::array<double, 3> const& origin,
-                                  std::vector<std::string>& notes)
+                                  std::vector<scene::RgbdFrame> const& list, std::vector<std::string>& notes)
 {
     if (!o.trajectory) return {};
     auto poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
     add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
+    if (o.photos && !poses.has_stamps()) {
+        if (auto const rows = poses.size() + poses.left_out; rows != list.size())
+            throw tilemesh::Error(o.trajectory->string() + " does not say which picture a pose belongs to (it has no time stamps, and " + std::to_string(rows) +
+                                  " poses for " + std::to_string(list.size()) + " pictures); give a pose for each picture, or poses with time stamps");
+        add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i of the list"});
+    }
     return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
 }
 
@@ -71,29 +121,40 @@ inline std::vector<scene::StampedPose> in_file_coordinates(std::vector<scene::St
     return poses;
 }
 
-/// Real pictures, with the poses of a trajectory that are at most 20 ms away as the truth. Throws Error for a trajectory that has none.
+/// Real pictures, with the poses of a trajectory as the truth: those that are at most 20 ms away, or, without time stamps, those of the same
+/// number. Throws Error for a trajectory that has none.
 class Photos {
 public:
     Photos(SequenceOptions const& o, std::vector<scene::RgbdFrame> list, scene::Trajectory poses, scene::Size size)
         : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
     {
-        std::vector<double> times;
-        for (std::size_t k = 0; k < list_.size(); k += options_.step()) times.push_back(list_[k].colour.seconds);
-        nearest_ = nearest_poses(times, poses_, scene::most_seconds_apart).of_picture;
+        std::vector<double> times; // of the poses' clock: seconds, or numbers of pictures
+        for (std::size_t k = 0; k < list_.size(); k += options_.step()) times.push_back(poses_.has_stamps() ? list_[k].colour.seconds : static_cast<double>(k));
+        nearest_ = nearest_poses(times, poses_, poses_.has_stamps() ? scene::most_seconds_apart : 0.0).of_picture;
         auto const is_known = [](auto const& pose) { return pose.has_value(); };
-        if (!poses_.empty() && std::none_of(nearest_.begin(), nearest_.end(), is_known))
-            throw tilemesh::Error(o.trajectory->string() +
-                                  " is not the path of these pictures (no pose is within 20 ms of a picture); name another trajectory, or none");
+        if (poses_.empty() || std::any_of(nearest_.begin(), nearest_.end(), is_known)) return;
+        double away = std::numeric_limits<double>::infinity();
+        auto const any = nearest_poses(times, poses_, away).of_picture;
+        for (std::size_t k = 0; k < times.size(); ++k) away = std::min(away, std::fabs(times[k] - poses_[*any[k]].seconds));
+        throw tilemesh::Error(o.trajectory->string() + " is not the path of these pictures (no pose is within 20 ms of a picture, the nearest is " +
+                              tilemesh::significant(away, 3) + " s away); name another trajectory, or none");
     }
     std::size_t count() const { return nearest_.size(); }
     std::optional<scene::Pose> truth(std::size_t k) const
     {
         return nearest_[k] ? std::optional(poses_[*nearest_[k]].pose) : std::nullopt;
     }
+    /// The file of picture k, from the folder of the pictures.
+    std::string name(std::size_t k) const
+    {
+        auto const& photos = *options_.photos;
+        auto const file =
+            list_[k * options_.step()].colour.file.lexically_relative(std::filesystem::is_directory(photos) ? photos : photos.parent_path());
+        return file.generic_string();
+    }
     SeenFrame take(std::size_t k) const
     {
-        auto frame = list_[k * options_.step()];
-        if (!options_.depth) frame.depth.file.clear();
+        auto const& frame = list_[k * options_.step()];
         auto photo = read_photo(frame, size_, options_.depth_levels, options_.without_depth);
         return {frame.colour.seconds, std::move(photo.colour), std::move(photo.depth), truth(k)};
     }
@@ -105,6 +166,20 @@ private:
     scene::Size size_;
     std::vector<std::optional<std::size_t>> nearest_; ///< the pose of each picture
 };
+
+/// Both paths as SVG, seen from above: x to the right, z forward. Lost frames are left out of the estimate.
+inline std::string path_plot(std::vector<scene::StampedPose> const& estimated, std::vector<bool> const& lost, std::vector<scene::StampedPose> const& truth)
+{
+    report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
+    for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
+        report::PlotSeries series{name, {}};
+        series.colour = static_cast<std::uint32_t>(plot.series.size());
+        for (std::size_t i = 0; i < poses->size(); ++i)
+            if (poses == &truth || !lost[i]) series.points.emplace_back((*poses)[i].pose.position.x, (*poses)[i].pose.position.z);
+        if (!series.points.empty()) plot.series.push_back(std::move(series));
+    }
+    return report::svg(plot);
+}
 
 /// Pictures that are rendered from a map and spoilt. With an open shutter, a picture is the mean of three poses. `Render` gives the view of
 /// a camera as a `RgbdPhoto`, with a depth of 0 where the map covers less than half of a pixel.
@@ -119,6 +194,8 @@ public:
         spoiling_.gain_drift = o.gain_drift;
         if (!(o.noise > 0.0)) spoiling_ = {0.0, false, 0.0, 0.0, 0.0, 0.0, 1};
     }
+    /// The number of frame k on the path.
+    std::string name(std::size_t k) const { return std::to_string(std::uint64_t{k} * options_.step()); }
     std::size_t count() const { return static_cast<std::size_t>((path_.size() + options_.step() - 1) / options_.step()); }
     scene::Pose truth(std::size_t k) const
     {

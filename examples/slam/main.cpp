@@ -1,4 +1,5 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
+#include "../shared/camera_file.hpp"
 #include "../shared/camera_path.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
@@ -18,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <iostream>
 #include <limits>
@@ -70,7 +72,7 @@ struct Done {
 struct Outcome {
     std::vector<Done> done;
     std::vector<scene::StampedPose> truth;
-    std::vector<scene::Pose> estimates, truths; ///< of the frames with a known truth
+    std::vector<scene::Pose> estimates, truths; ///< of the tracked frames with a known truth
     std::string frames, keyframes;              ///< of the report
     double all_ms = 0.0, keyframe_ms = 0.0;
     std::uint64_t evaluations = 0;
@@ -110,7 +112,7 @@ Outcome load_outcome(slam::StateReader& in)
 }
 
 /// Gives frame k to the session. Returns whether an interrupt ended the steps of its keyframe.
-bool add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, Printer& printer)
+bool add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outcome& out, shared::Pace const& pace, Printer& printer)
 {
     auto const begin = std::chrono::steady_clock::now();
     auto const f = session.add({seen.seconds, std::move(seen.colour), std::move(seen.depth)});
@@ -124,8 +126,7 @@ bool add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
     double degrees = NAN, off = NAN;
     std::string off_by, mapped;
     if (seen.truth) {
-        out.truths.push_back(*seen.truth);
-        out.estimates.push_back(t.pose);
+        if (!lost) out.truths.push_back(*seen.truth), out.estimates.push_back(t.pose);
         out.truth.push_back({seen.seconds, *seen.truth});
         degrees = glm::length(track::twist_between(*seen.truth, t.pose).phi) * 180.0 / 3.14159265358979323846;
         off = glm::length(t.pose.position - seen.truth->position);
@@ -149,7 +150,7 @@ bool add_one(std::size_t k, shared::SeenFrame seen, slam::Session& session, Outc
         out.keyframe_ms += ms;
     }
     printer.say("frame " + std::to_string(k) + ": " + track::name_of(t.verdict) + (t.why.empty() ? "" : ", ") + t.why + ", " +
-                std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + "\n");
+                std::to_string(t.solution.evaluations) + " evaluations, " + rounded(ms) + " ms" + off_by + mapped + pace.after(k + 1) + "\n");
     out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
                       json.member("status", track::name_of(t.verdict));
                       json.member("why", t.why);
@@ -186,10 +187,12 @@ double mean_psnr(slam::Session& session, Outcome const& out, std::size_t& compar
     return compared != 0 ? sum / static_cast<double>(compared) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// What the summary says besides the frames.
+/// What the results say besides the frames.
 struct Facts {
     double scale;
     std::array<double, 3> origin;
+    scene::Intrinsics lens;
+    std::function<std::string(std::size_t)> name; ///< of a frame's picture
 };
 /// Writes the map and the trajectories, then compares, and writes the report.
 template <class View>
@@ -199,11 +202,20 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
     auto const bytes = scene::ply_bytes(session.map());
     report::write_whole(o.out / "map.ply", bytes);
     std::vector<scene::StampedPose> estimated;
-    for (auto const& d : out.done) estimated.push_back({d.seconds, d.pose});
+    std::vector<bool> is_lost;
+    for (auto const& d : out.done) estimated.push_back({d.seconds, d.pose}), is_lost.push_back(d.lost);
     estimated = shared::in_file_coordinates(std::move(estimated), facts.origin);
     auto const truth = shared::in_file_coordinates(out.truth, facts.origin);
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated, is_lost));
     if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
+    std::vector<shared::FoundCamera> found, keyframes; // a lost frame has no pose to look from
+    for (std::size_t k = 0; k < out.done.size(); ++k) {
+        if (out.done[k].lost) continue;
+        found.push_back({facts.name(k), estimated[k].pose});
+        if (out.done[k].keyframe) keyframes.push_back(found.back());
+    }
+    report::write_whole(o.out / "cameras.json", shared::camera_file_text(found, facts.lens));
+    report::write_whole(o.out / "keyframes.json", shared::camera_file_text(keyframes, facts.lens));
 
     std::size_t compared = 0;
     double const psnr = mean_psnr(session, out, compared, view), frames = static_cast<double>(out.done.size());
@@ -213,10 +225,9 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
                                                              {"lost", std::to_string(out.lost)},
                                                              {"PSNR of other frames, dB", rounded(psnr)}};
     if (!out.truths.empty()) {
-        auto const e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
-        numbers.emplace_back("error of positions, share of the median depth", rounded(e.ate.rmse / facts.scale));
-        printer.say("ATE " + rounded(e.ate.rmse) + " world units (" + rounded(e.ate.rmse / facts.scale) + " of the median depth), " +
-                    rounded(e.rotation_deg.rmse) + " degrees\n");
+        auto const& e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
+        numbers.emplace_back("error of positions, share of the median depth (" + std::to_string(e.poses) + " pictures)", rounded(e.ate.rmse / facts.scale));
+        printer.say(shared::error_lines(e, facts.scale, out.done.size()));
     }
     auto const gaussians = session.map().gaussians.size();
     if (o.report) {
@@ -244,11 +255,12 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
         report::write_whole(*o.report, file.text() + "\n");
     }
     if (growth != nullptr)
-        report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()), estimated, truth));
+        report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()), shared::path_plot(estimated, is_lost, truth)));
     printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
                 " keyframes, " + std::to_string(gaussians) + " Gaussians; " + rounded(psnr) + " dB in " + std::to_string(compared) +
                 " other frames; " + rounded(out.all_ms / frames) + " ms a frame\n");
-    printer.say(shared::one_line((o.out / "map.ply").string()) + " has the map\n");
+    printer.say(shared::one_line((o.out / "map.ply").string()) + " has the map, and " + shared::one_line((o.out / "keyframes.json").string()) +
+                " the cameras that see it\n");
 }
 
 /// Says on standard error how a run ended that is not as it was asked for, and returns the exit status: 128 and the signal after an
@@ -286,16 +298,19 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
             View const& view, slam_program::Checkpoint const* checkpoint, Printer& printer)
 {
     auto const count = std::min<std::size_t>(source.count(), o.frames);
+    bool has_depth = true; // the picture that was taken last
     auto const take = [&](std::size_t k) {
         auto seen = source.take(k); // whole, or not at all
-        if (seen.depth.empty()) seen.depth = report::Plane(seen.colour.width, seen.colour.height);
+        if (has_depth = !seen.depth.empty(); !has_depth) seen.depth = report::Plane(seen.colour.width, seen.colour.height);
         return seen;
     };
     auto first = take(0);
-    Facts const facts{slam::median_depth(first.depth), map.origin};
+    Facts const facts{slam::median_depth(first.depth), map.origin, lens, [&](std::size_t k) { return source.name(k); }};
     if (!(facts.scale > 0))
-        throw Error("the first picture has no known depth (a map needs depths); begin with a picture that has them, or change "
-                    "--depth-scale");
+        throw Error(std::string("the first picture has no known depth (") +
+                    (has_depth ? "its depth picture has none, and a map needs depths); begin with a picture that has them, or change --depth-scale"
+                               : "no depth picture belongs to it, and a map needs depths); begin with a picture that has one, or allow more time between "
+                                 "them with --depth-within"));
 
     slam::SessionOptions how;
     how.mapper.optimiser = o.optimiser;
@@ -309,6 +324,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.keyframe_every = o.keyframe_every;
     how.most_open = o.most_open;
     how.with_exposure = o.photos || (o.noise > 0.0 && o.gain_drift > 0.0);
+    printer.say(shared::lens_line(lens));
     slam::Session session(std::move(map), lens, facts.scale, start, how);
 
     Outcome out;
@@ -337,10 +353,11 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     auto const write = [&] {
         write_all(o, session, out, facts, growth ? &*growth : nullptr, [&](std::size_t k) { return view(k, out.done[k]); }, printer);
     };
+    shared::Pace const pace(out.done.size(), count);
     bool cut = false; // an interrupt ended steps: the state before them is the one to go on from
     try {
         for (std::size_t k = out.done.size(); k < count && shared::interrupt() == 0; ++k) {
-            cut = add_one(k, k == 0 ? std::move(first) : take(k), session, out, printer);
+            cut = add_one(k, k == 0 ? std::move(first) : take(k), session, out, pace, printer);
             bool const is_keyframe = out.done.back().keyframe;
             if (growth && is_keyframe) growth->see(session.mapper(), k);
             if (checkpoint && !cut && (is_keyframe || shared::interrupt() != 0)) keep();
@@ -367,8 +384,7 @@ int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
     std::vector<std::string> notes;
-    std::vector<scene::RgbdFrame> list;
-    if (o.photos) list = scene::load_rgbd(*o.photos);
+    auto list = shared::recording_of(o, notes);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{320, 240});
     auto world = o.photos ? scene::Map{} : shared::load_map(o.render, o, notes);
     auto map = o.map ? shared::load_map(o.map, o, notes) : scene::Map{};
@@ -379,11 +395,10 @@ int run(Options const& o)
     auto const first = shared::first_camera(o, shared::shape_of(shown), size, !o.photos && !o.render, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
-    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
+    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
-    if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
     auto const read = shared::files_read(o, {o.render, o.map}, list, first.sized_by);
     slam_program::prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");

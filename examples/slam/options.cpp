@@ -36,7 +36,7 @@ OptionTable table_of(Options& o)
                       true);
     table.add("The map", o, maps);
     add_sequence(table, o, "size in pixels of rendered pictures [320x240]",
-                 "folder for map.ply, estimated.tum and truth.tum [.]");
+                 "folder for map.ply, estimated.tum, truth.tum, cameras.json and keyframes.json [.]");
     table.add("What comes out", o, outputs);
     table.without("no-depth", "a map needs depths");
     table.add("Mapping", o, rows);

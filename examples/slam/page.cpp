@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 #include <tilemesh/report/html.hpp>
-#include <tilemesh/report/plot.hpp>
 
 namespace slam_program {
 
@@ -68,7 +67,7 @@ std::vector<Growth::Picture> Growth::three(slam::Mapper& mapper, std::size_t fra
 }
 
 std::string page_of(std::vector<std::pair<std::string, std::string>> const& numbers, std::vector<Growth::Picture> const& pictures,
-                    std::vector<scene::StampedPose> const& estimated, std::vector<scene::StampedPose> const& truth)
+                    std::string const& path_svg)
 {
     report::HtmlReport page("A map from nothing");
     page.lead("The map grew while its camera moved, from pictures with depth alone.").figures(numbers);
@@ -78,15 +77,7 @@ std::string page_of(std::vector<std::pair<std::string, std::string>> const& numb
                          "the map after frame " + std::to_string(p.frame)});
     if (!cards.empty())
         page.section("The map").paragraph("From the first pose, with a lens that is twice as wide.").gallery({}, cards);
-    report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
-    for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
-        if (poses->empty()) continue;
-        report::PlotSeries series{name, {}};
-        series.colour = static_cast<std::uint32_t>(plot.series.size());
-        for (auto const& p : *poses) series.points.emplace_back(p.pose.position.x, p.pose.position.z);
-        plot.series.push_back(std::move(series));
-    }
-    page.section("The path").svg(report::svg(plot));
+    page.section("The path").svg(path_svg);
     return page.str();
 }
 

@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <string>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/slam/state_bytes.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -38,8 +37,8 @@ private:
     std::size_t every_ = 1, keyframes_ = 0;
 };
 
-/// A page of a run as one HTML file: its numbers, three pictures of the map, and the paths, seen from above. `truth` may be empty.
+/// A page of a run as one HTML file: its numbers, three pictures of the map, and the paths, as an SVG.
 std::string page_of(std::vector<std::pair<std::string, std::string>> const& numbers, std::vector<Growth::Picture> const& pictures,
-                    std::vector<tilemesh::scene::StampedPose> const& estimated, std::vector<tilemesh::scene::StampedPose> const& truth);
+                    std::string const& path_svg);
 
 } // namespace slam_program

@@ -1,4 +1,5 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
+#include "../shared/camera_file.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
@@ -29,7 +30,6 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json_text.hpp>
-#include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/near_plane.hpp>
@@ -71,24 +71,11 @@ double median_depth(tilemesh::RenderedFrame const& frame)
     return double{depths[depths.size() / 2]};
 }
 
-/// Seen from above: x to the right, z forward.
-std::string paths(std::vector<scene::StampedPose> const& estimated, std::vector<scene::StampedPose> const& truth)
-{
-    report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
-    for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
-        if (poses->empty()) continue;
-        report::PlotSeries series{name, {}};
-        series.colour = static_cast<std::uint32_t>(plot.series.size());
-        for (auto const& p : *poses) series.points.emplace_back(p.pose.position.x, p.pose.position.z);
-        plot.series.push_back(series);
-    }
-    return report::svg(plot);
-}
-
 /// The frames so far.
 struct Outcome {
     std::vector<scene::StampedPose> estimated, truth;
-    std::vector<scene::Pose> estimates, truths; ///< of the frames with a known truth
+    std::vector<bool> is_lost;                  ///< of each of `estimated`
+    std::vector<scene::Pose> estimates, truths; ///< of the tracked frames with a known truth
     std::string frames;                         ///< of the report
     double all_ms = 0.0;
     std::uint64_t evaluations = 0;
@@ -97,7 +84,8 @@ struct Outcome {
 };
 
 /// Tracks frame k. A frame that a part of the blocks lost is tracked again with all of them, from the same start.
-void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out, Printer& printer)
+void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::Tracker& tracker, track::PoseEvaluator& evaluate, Outcome& out,
+               shared::Pace const& pace, Printer& printer)
 {
     auto& settings = evaluate.options();
     auto const begin = std::chrono::steady_clock::now();
@@ -117,21 +105,23 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
     double const ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     out.all_ms += ms;
     out.evaluations += evaluations;
-    if (f.verdict == track::Verdict::lost && out.lost++ == 0) out.first_loss = f.why;
+    bool const lost = f.verdict == track::Verdict::lost;
+    if (lost && out.lost++ == 0) out.first_loss = f.why;
+    out.is_lost.push_back(lost);
     out.retried += again;
     out.estimated.push_back({seen.seconds, f.pose});
     double degrees = NAN, off = NAN;
     std::string off_by;
     if (seen.truth) {
-        out.truths.push_back(*seen.truth);
-        out.estimates.push_back(f.pose);
+        if (!lost) out.truths.push_back(*seen.truth), out.estimates.push_back(f.pose);
         out.truth.push_back({seen.seconds, *seen.truth});
         degrees = glm::length(track::twist_between(*seen.truth, f.pose).phi) * 180.0 / 3.14159265358979323846;
         off = glm::length(f.pose.position - seen.truth->position);
         off_by = ", off by " + rounded(degrees) + " degrees and " + rounded(off) + " world units";
     }
-    printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why + (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " +
-                rounded(ms) + " ms" + off_by + "\n");
+    printer.say("frame " + std::to_string(k) + ": " + track::name_of(f.verdict) + (f.why.empty() ? "" : ", ") + f.why +
+                (again ? ", tried again with all blocks" : "") + ", " + std::to_string(evaluations) + " evaluations, " + rounded(ms) + " ms" +
+                off_by + pace.after(k + 1) + "\n");
     out.frames += (k == 0 ? "    " : ",\n    ") + report::json_line([&](auto& json) {
                       json.member("status", track::name_of(f.verdict));
                       json.member("why", f.why);
@@ -146,20 +136,23 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
 }
 
 /// Writes the trajectories, the plot and the report, and prints the summary.
-void write_all(Options const& o, track_camera::PhotoWriter const* photos, Outcome const& out, double scale, std::array<double, 3> const& origin, Printer& printer)
+template <class Source>
+void write_all(Options const& o, Source const& source, scene::Intrinsics const& lens, track_camera::PhotoWriter const* photos, Outcome const& out,
+               double scale, std::array<double, 3> const& origin, Printer& printer)
 {
     auto const estimated = shared::in_file_coordinates(out.estimated, origin), truth = shared::in_file_coordinates(out.truth, origin);
-    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated));
+    report::write_whole(o.out / "estimated.tum", scene::tum_text(estimated, out.is_lost));
     if (!truth.empty()) report::write_whole(o.out / "truth.tum", scene::tum_text(truth));
-    report::write_whole(o.out / "paths.svg", paths(estimated, truth));
+    std::vector<shared::FoundCamera> found;
+    for (std::size_t k = 0; k < estimated.size(); ++k)
+        if (!out.is_lost[k]) found.push_back({source.name(k), estimated[k].pose});
+    report::write_whole(o.out / "cameras.json", shared::camera_file_text(found, lens));
+    report::write_whole(o.out / "paths.svg", shared::path_plot(estimated, out.is_lost, truth));
     if (photos) photos->finish(scene::tum_text(truth));
     auto const count = static_cast<double>(out.estimated.size());
     std::optional<track::TrajectoryErrors> errors;
-    if (!out.truths.empty()) {
-        auto const e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
-        printer.say("ATE " + rounded(e.ate.rmse) + " world units (aligned " + rounded(e.ate_aligned.rmse) + "; " + rounded(e.ate.rmse / scale) + " of the median depth), " + rounded(e.rotation_deg.rmse) + " degrees; RPE " +
-                    rounded(e.rpe.rmse) + " world units and " + rounded(e.rpe_deg.rmse) + " degrees a frame\n");
-    }
+    if (!out.truths.empty())
+        printer.say(shared::error_lines(errors.emplace(track::trajectory_errors(out.estimates, out.truths)), scale, out.estimated.size()));
     if (o.report) {
         report::JsonText file(2);
         file.object([&] {
@@ -222,16 +215,17 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
     Outcome out;
     report::Image last;
     auto const write = [&] {
-        write_all(o, photos ? &*photos : nullptr, out, scale, map.origin, printer);
+        write_all(o, source, lens, photos ? &*photos : nullptr, out, scale, map.origin, printer);
         report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
+    shared::Pace const pace(0, count);
     try {
         for (std::size_t k = 0; k < count && shared::interrupt() == 0; ++k) {
             auto seen = source.take(k); // whole, or not at all
             if (photos) photos->write(seen.seconds, seen.colour, seen.depth);
             auto colour = seen.colour;
-            track_one(o, k, std::move(seen), tracker, evaluate, out, printer);
+            track_one(o, k, std::move(seen), tracker, evaluate, out, pace, printer);
             last = std::move(colour);
         }
     } catch (...) {
@@ -249,15 +243,14 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the trajectory is written; --quiet prints errors only");
-    std::vector<scene::RgbdFrame> list;
-    if (o.photos) list = scene::load_rgbd(*o.photos);
-    auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     std::vector<std::string> notes;
+    auto list = shared::recording_of(o, notes);
+    auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     auto const map = shared::load_map(o.map, o, notes);
     auto const first = shared::first_camera(o, shared::shape_of(map), size, !o.map, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
-    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, notes);
+    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);
     auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near) lens.near_depth = scene::near_for(map, first_view());
@@ -265,11 +258,11 @@ int run(Options const& o)
     auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
         notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
-    if (o.photos) shared::add_notes(notes, *o.photos, scene::rgbd_notes(list));
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.step();
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
+    printer.say(shared::lens_line(lens));
 
     tilemesh::Renderer renderer{map, splat::with_planes(splat::lossless, true, true), {.threads = o.threads}};
     if (o.photos) {

@@ -92,7 +92,8 @@ inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t
 
 /// What a line of names says about the columns.
 struct PlainHeader {
-    bool there = false, w_first = false, seconds = false, nanoseconds = false;
+    bool there = false, w_first = false;
+    double seconds_per_unit = 0.0; ///< 0: not said
     std::size_t names = 0, first_q = 0;
 };
 inline PlainHeader plain_header(std::string const& line)
@@ -107,10 +108,9 @@ inline PlainHeader plain_header(std::string const& line)
             continue;
         }
         if (!word.empty() && !in_unit) names.push_back(word);
-        if (!word.empty() && in_unit && names.size() <= 1) {
-            out.seconds = out.seconds || word == "s" || word == "sec";
-            out.nanoseconds = out.nanoseconds || word == "ns";
-        }
+        std::string const end = word.size() > 3 && !in_unit ? word.substr(word.size() - 3) : "";
+        for (auto const& [unit, seconds] : {std::pair{"ms", 1e-3}, std::pair{"us", 1e-6}, std::pair{"ns", 1e-9}, std::pair{"s", 1.0}, std::pair{"sec", 1.0}})
+            if (names.size() <= 1 && (in_unit ? word == unit : end == std::string("_") + unit)) out.seconds_per_unit = seconds;
         word.clear();
         if (c == '[' || c == '(') in_unit = true;
         if (c == ']' || c == ')') in_unit = false;
@@ -124,10 +124,27 @@ inline PlainHeader plain_header(std::string const& line)
         if (name[name.size() - 1] == 'x') first_x = i + 1;
     }
     out.names = names.size();
-    if (!names.empty() && names[0].size() >= 3 && names[0].substr(names[0].size() - 3) == "_ns") out.nanoseconds = true;
     out.there = first_w != 0 && first_x != 0;
     out.w_first = first_w < first_x;
     return out;
+}
+
+/// The seconds of a unit of stamps: what makes a date of this century, else what makes a step of less than a second, else by size.
+inline double plain_unit(std::vector<std::array<double, 8>> const& rows)
+{
+    std::vector<double> stamps, steps;
+    for (auto const& row : rows) stamps.push_back(row[0]);
+    std::sort(stamps.begin(), stamps.end());
+    double const largest = std::max(std::fabs(stamps.front()), std::fabs(stamps.back()));
+    bool const whole = std::all_of(stamps.begin(), stamps.end(), [](double s) { return std::fmod(s, 1.0) == 0.0; });
+    for (std::size_t i = 1; i < stamps.size(); ++i)
+        if (stamps[i] != stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+    std::sort(steps.begin(), steps.end());
+    double const step = steps.empty() ? 0.0 : steps[(steps.size() - 1) / 2];
+    for (double const unit : {1.0, 1e-3, 1e-6, 1e-9})
+        if (largest * unit >= 946684800.0 && largest * unit <= 4102444800.0 && step * unit < 1000.0) return unit;
+    if (whole && !steps.empty()) return step >= 1e6 ? 1e-9 : step >= 1e3 ? 1e-6 : 1.0;
+    return largest >= 1e17 ? 1e-9 : largest >= 1e14 ? 1e-6 : largest >= 1e11 ? 1e-3 : 1.0;
 }
 
 /// A trajectory in the form that its header, columns and stamps say: "tum", "euroc", "kitti" or "replica". Sets `close` if a value is so near
@@ -141,7 +158,7 @@ inline std::optional<Trajectory> any_trajectory(std::string const& text, std::si
     Trajectory all;
     PlainHeader header;
     std::vector<std::array<double, 8>> rows;
-    bool commas = false, more = false, whole = true, huge = false;
+    bool commas = false, more = false, whole = true;
     std::size_t number = 0;
     for (auto const& line : lines(without_mark(text))) {
         std::string const before = line.substr(0, line.find('#'));
@@ -187,10 +204,11 @@ inline std::optional<Trajectory> any_trajectory(std::string const& text, std::si
         rows.push_back(*v);
         std::string const stamp = w[0].substr(0, w[0].find(','));
         whole = whole && stamp.find_first_of(".eE") == stamp.npos;
-        huge = huge || std::fabs((*v)[0]) >= 1e14;
     }
     if (all.form != "stamped") return all.poses.empty() ? std::nullopt : std::optional(all);
     if (rows.empty()) return {};
+    double const found = plain_unit(rows);
+    bool const huge = found == 1e-9;
     if (header.there && header.names >= 8 && header.first_q != 5) return {};
     if (header.there) all.form = header.w_first ? "euroc" : "tum";
     else if (more || (commas && whole && huge)) all.form = "euroc";
@@ -199,7 +217,7 @@ inline std::optional<Trajectory> any_trajectory(std::string const& text, std::si
         close = close || rows.size() >= 10;
         return {};
     }
-    double const unit = !header.seconds && (header.nanoseconds || huge) ? 1e-9 : 1.0;
+    double const unit = header.seconds_per_unit != 0.0 ? header.seconds_per_unit : found;
     for (auto const& v : rows) {
         bool const first = all.form == "euroc";
         auto const rotation = first ? rotation_of(v[4], -v[5], -v[6], -v[7]) : rotation_of(v[7], -v[4], -v[5], -v[6]);

@@ -124,18 +124,27 @@ TEST_CASE("a folder has associations.txt, or rgb.txt with or without depth.txt; 
     fs::remove_all(folder);
 }
 
-TEST_CASE("an association whose picture and depth are far apart is noted")
+TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and which depths are far from their picture")
 {
-    auto const frames_of = [](std::string const& text) {
-        std::istringstream stream(text);
-        return scene::read_rgbd_list(stream, "list");
+    namespace fs = std::filesystem;
+    TempFile const list("", ".txt");
+    auto const notes_of = [&](std::string const& text, std::optional<double> within = scene::most_seconds_apart) {
+        std::ofstream(list.path()) << text;
+        std::vector<std::string> notes;
+        scene::load_rgbd(list.path(), within, &notes);
+        return notes;
     };
-    CHECK(scene::rgbd_notes(frames_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n")).empty());
-    CHECK(scene::rgbd_notes(frames_of("1311868164.363400 a.png 1311868164.383400 d.png\n")).empty());
-    CHECK(scene::rgbd_notes(frames_of("1 a.png\n99 b.png\n")).empty());
-    CHECK(scene::rgbd_notes({}).empty());
-    CHECK(scene::rgbd_notes(frames_of("1 a.png 99 a.depth.png\n2 b.png 2 b.depth.png\n3 c.png 2.5 c.depth.png\n")) ==
-          std::vector<std::string>{"pictures whose depth is more than 0.02 s away: 2, the furthest is 98 s away, of the picture at 1"});
+    using Lines = std::vector<std::string>;
+    CHECK(notes_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n") == Lines{});
+    CHECK(notes_of("1311868164.363400 a.png 1311868164.383400 d.png\n") == Lines{});
+    CHECK(notes_of("1 a.png\n99 b.png\n") == Lines{"0 of 2 pictures have a depth"});
+    CHECK(notes_of("1 a.png\n99 b.png\n", {}) == Lines{});
+    std::string const three = "1 a.png 99 a.depth.png\n2 b.png 2 b.depth.png\n3 c.png 2.5 c.depth.png\n";
+    CHECK(notes_of(three) == Lines{"pictures whose depth is more than 0.02 s away: 2, the furthest is 98 s away, of the picture at 1"});
+    CHECK(notes_of(three, 0.5) == Lines{"pictures whose depth is more than 0.5 s away: 1, the furthest is 98 s away, of the picture at 1"});
+    CHECK(notes_of(three, 98) == Lines{});
+    CHECK(notes_of(three, {}) == Lines{});
+    CHECK(notes_of("1305031102175304 a.png 1305031102180304 d.png\n") == Lines{"time stamps are read as microseconds"});
     unsigned state = 5;
     auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
     for (int trial = 0; trial < 100; ++trial) {
@@ -146,8 +155,51 @@ TEST_CASE("an association whose picture and depth are far apart is noted")
             far += apart > 5 ? 1 : 0;
             text += std::to_string(i) + " c.png " + std::to_string(i + apart / 256.0) + " d.png\n";
         }
-        auto const notes = scene::rgbd_notes(frames_of(text));
+        auto const notes = notes_of(text);
         REQUIRE(notes.size() == (far == 0 ? 0u : 1u));
         if (far != 0) CHECK(has(notes[0], "0.02 s away: " + std::to_string(far) + ","));
     }
+}
+
+TEST_CASE("stamps in any unit give the same frames, and backslashes are read as slashes")
+{
+    namespace fs = std::filesystem;
+    auto const folder = fs::temp_directory_path() / "tilemesh_units";
+    fs::create_directory(folder);
+    struct Unit {
+        double per_second;
+        char const* name;
+    };
+    for (double const start : {0.0, 1305031102.175})
+        for (auto const& [per_second, name] : {Unit{1.0, ""}, Unit{1e3, "milliseconds"}, Unit{1e6, "microseconds"}, Unit{1e9, "nanoseconds"}}) {
+            if (start == 0.0 && per_second == 1e3) continue; // 33 units a picture: nothing tells them from seconds
+            std::string colour, depth;
+            for (int i = 0; i < 5; ++i) {
+                auto const stamp = [&](double seconds) { return per_second == 1.0 ? number_text(seconds) : decimals(seconds * per_second, 0); };
+                colour += stamp(start + 0.033 * i) + " rgb\\" + std::to_string(i) + ".png\n";
+                depth += stamp(start + 0.033 * i + 0.005) + " depth\\sub\\" + std::to_string(i) + ".png\n";
+            }
+            std::ofstream(folder / "rgb.txt") << colour;
+            std::ofstream(folder / "depth.txt") << depth;
+            std::vector<std::string> notes;
+            auto const out = scene::load_rgbd(folder, scene::most_seconds_apart, &notes);
+            CHECK(notes == (per_second == 1.0 ? std::vector<std::string>{} : std::vector{"time stamps are read as " + std::string(name)}));
+            REQUIRE(out.size() == 5);
+            for (std::size_t i = 0; i < 5; ++i) {
+                CHECK(std::fabs(out[i].colour.seconds - start - 0.033 * static_cast<double>(i)) < 1e-3);
+                CHECK(out[i].colour.file == folder / "rgb" / (std::to_string(i) + ".png"));
+                CHECK(out[i].depth.file == folder / "depth/sub" / (std::to_string(i) + ".png"));
+            }
+        }
+    // Depths that are 30 ms late.
+    std::ofstream(folder / "rgb.txt") << "1305031102.1 a.png\n1305031102.2 b.png\n";
+    std::ofstream(folder / "depth.txt") << "1305031102.13 c.png\n1305031102.23 d.png\n";
+    CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "has a depth (0.02 s from a picture to its depth are allowed, and the nearest is 0.03 s away); allow more with --depth-within"));
+    CHECK(scene::load_rgbd(folder, 0.03)[1].depth.file == folder / "d.png");
+    CHECK(scene::load_rgbd(folder, {})[1].depth.file.empty());
+    std::ofstream(folder / "depth.txt") << "1305031102.21 d.png\n";
+    std::vector<std::string> notes;
+    scene::load_rgbd(folder, 0.02, &notes);
+    CHECK(notes == std::vector<std::string>{"1 of 2 pictures have a depth"});
+    fs::remove_all(folder);
 }

@@ -135,6 +135,37 @@ TEST_CASE("the first pose tells the form of a trajectory; one pose in the four f
     CHECK(euroc.far_from_unit == 2);
 }
 
+TEST_CASE("the unit of time stamps is found from their date or their step, or the header says it")
+{
+    auto const unit = [](std::vector<double> stamps) { return scene::detail::seconds_per_unit(std::move(stamps)); };
+    CHECK(unit({}) == 1.0);
+    CHECK(unit({0, 1, 2, 3}) == 1.0);
+    CHECK(unit({0, 0.033, 0.066}) == 1.0);
+    CHECK(unit({1305031102, 1305031103}) == 1.0);
+    for (double const per_second : {1.0, 1e3, 1e6, 1e9})
+        for (double const step : {0.001, 0.033, 1.0, 100.0}) {
+            double const first = 1305031102.0 * per_second;
+            CHECK(unit({first, first + step * per_second, first + 2 * step * per_second}) == 1.0 / per_second);
+            CHECK(unit({first}) == 1.0 / per_second);
+        }
+    // The clock of a computer that was started twenty minutes ago.
+    CHECK(unit({1.2e12, 1.2e12 + 33e6}) == 1e-9);
+    CHECK(unit({1.2e9, 1.2e9 + 33e3}) == 1e-6);
+    auto const stamps = [](std::string const& header) { return read_any(header + "5000,0,0,0,0,0,0,1\n5033,0,0,0,0,0,0,1\n")[1].seconds; };
+    CHECK(stamps("#timestamp [ms],x,y,z,q_x,q_y,q_z,q_w\n") == doctest::Approx(5.033));
+    CHECK(stamps("timestamp_us,x,y,z,q_x,q_y,q_z,q_w\n") == doctest::Approx(0.005033));
+    CHECK(stamps("#timestamp [s],x,y,z,q_x,q_y,q_z,q_w\n") == 5033.0);
+    auto const noted = read_any("1305031102175 0 0 0 0 0 0 1\n1305031102208 0 0 0 0 0 0 1\n");
+    CHECK(noted[0].seconds == doctest::Approx(1305031102.175).epsilon(1e-15));
+    CHECK(has(noted.reader_notes.at(0), "in milliseconds, "));
+}
+
+TEST_CASE("a lost frame of a trajectory is a comment line")
+{
+    scene::Pose const pose{glm::dmat3{1.0}, {1, 2, 3}};
+    CHECK(scene::tum_text({{0.5, pose}, {1, pose}}, {true, false}) == "# timestamp tx ty tz qx qy qz qw\n# 0.5 lost\n1 1 2 3 0 0 0 1\n");
+}
+
 TEST_CASE("the fault of a pose of any form is named")
 {
     std::string const kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n", replica = kitti.substr(0, kitti.size() - 1) + " 0 0 0 1\n", euroc = "1,0,0,0,1,0,0,0\n";

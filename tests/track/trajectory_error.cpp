@@ -101,6 +101,7 @@ TEST_CASE("errors of trajectories with known answers")
     Random random;
     auto const truth = random_walk(random, 30);
     auto const none = track::trajectory_errors(truth, truth);
+    CHECK(none.poses == 30);
     CHECK(none.ate.rmse == 0.0);
     CHECK(none.ate_aligned.largest < 1e-13);
     CHECK(none.rotation_deg.largest < 1e-13);

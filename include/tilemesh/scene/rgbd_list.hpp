@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <istream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -30,21 +31,19 @@ inline constexpr double most_seconds_apart = 0.02;
 
 namespace detail {
 
-/// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two.
+/// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two. Each column of stamps has the
+/// unit that `seconds_per_unit` finds; a unit other than seconds is a line in `notes`, which may be null.
 TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
                                                                          std::size_t least_pairs, std::size_t most_pairs,
-                                                                         std::string const& form);
+                                                                         std::string const& form, std::vector<std::string>* notes);
 
 } // namespace detail
 
-/// Notes on a list of frames, at most one line: pictures and depths of one line that are more than `most_seconds_apart` apart. An association file
-/// says itself which depth belongs to which picture, so such a frame is kept.
-TILEMESH_HOST std::vector<std::string> rgbd_notes(std::vector<RgbdFrame> const& frames);
-
 /// Reads a list of pictures as the TUM RGB-D benchmark has them (rgb.txt, depth.txt): a line is `timestamp file`, and `#` starts a line of
-/// comment. The result is in the order of time; pictures of one time keep their order. Throws `Error` for any other line and names the line,
-/// and for a list without a picture. `name` is the file's name in errors.
-TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name);
+/// comment. The result is in the order of time; pictures of one time keep their order. Stamps in milliseconds, microseconds or nanoseconds are
+/// recognised as those of trajectories are, and `notes` says so; a backslash in a name is read as "/". Throws `Error` for any other line and
+/// names the line, and for a list without a picture. `name` is the file's name in errors.
+TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr);
 
 /// Gives each picture the depth that is nearest in time and not further away than `most_seconds`. A depth that is nearest to several
 /// pictures goes to the nearest of these (the first, if they are equally near), and the others have none. Both lists must be in the order
@@ -55,13 +54,20 @@ TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& c
 
 /// Reads a list of frames: `timestamp rgb_file` for colour alone, or `timestamp rgb_file timestamp depth_file` (an association file of the
 /// TUM RGB-D benchmark), all lines alike. The order is that of the colour's time. Throws `Error` as `read_file_list` does.
-TILEMESH_HOST std::vector<RgbdFrame> read_rgbd_list(std::istream& stream, std::string const& name);
+TILEMESH_HOST std::vector<RgbdFrame> read_rgbd_list(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr);
 
 /// The frames of a sequence of the TUM RGB-D benchmark, with paths that can be opened. `path` is an association file, or a folder: then
 /// its `associations.txt` counts if it has one, else its `rgb.txt` and, if it has one, `depth.txt`. Names in a list start at the list's folder.
+/// Depths of `depth.txt` are at most `depth_within` seconds away from their picture. Without `depth_within`, no depth is read.
 ///
-/// Throws `Error` as the readers do, for a folder without these files, and for a list that is no regular file.
-TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path);
+/// `notes`, which may be null, gets at most four lines: the unit of stamps that are not seconds; how many pictures have a depth, if not all
+/// have one; depths of an association file that are more than `depth_within` away. These are kept, because the file says itself which depth
+/// belongs to which picture.
+///
+/// Throws `Error` as the readers do, for a folder without these files, for a list that is no regular file, and if no depth of `depth.txt` is near
+/// enough to a picture; the error names the nearest distance.
+TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path, std::optional<double> depth_within = most_seconds_apart,
+                                               std::vector<std::string>* notes = nullptr);
 
 }}} // namespace tilemesh::scene
 

@@ -72,9 +72,18 @@ struct TrajectoryHeader {
     bool there = false;         ///< the line names qw and qx
     bool w_first = false;       ///< qw stands before qx
     std::size_t names = 0, first_q = 0; ///< number of names; the first of the quaternion
-    bool seconds = false, nanoseconds = false;
+    std::optional<double> seconds_per_unit; ///< of the stamps
 };
 TILEMESH_HOST TrajectoryHeader header_of(std::string_view line);
+
+/// The seconds of one unit of time stamps: 1, 1e-3, 1e-6 or 1e-9. The unit is the one that makes the largest stamp a date from 2000 to 2100, if
+/// the median step is then below 1,000 s. For other whole stamps the step decides: below 1,000 units they are seconds, below 1e6 microseconds,
+/// else nanoseconds. Single stamps, and stamps that are not whole, are seconds below 1e11, milliseconds below 1e14, microseconds below 1e17.
+/// Cost: one sort.
+TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps);
+
+/// "milliseconds" for 1e-3.
+TILEMESH_HOST std::string unit_name(double seconds_per_unit);
 
 /// The pose of a row `timestamp px py pz` and a quaternion, x first or w first. `far_from_unit` counts.
 TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit);
@@ -113,8 +122,8 @@ TILEMESH_HOST Trajectory load_tum(std::filesystem::path const& path, std::size_t
 ///   stamps that are no whole nanoseconds are of TUM. For any other file the motion decides, if with one order the velocity in the camera's
 ///   own axes is steady and with the other one it is not (`detail::restlessness`). A file that is still undecided is refused; `format` says
 ///   the form;
-/// - stamps are nanoseconds if the header says so, or if one is 1e14 or above, which as seconds would be three million years; whole stamps of a
-///   file of EuRoC whose form was asked for are nanoseconds too.
+/// - stamps have the unit that the header says, or else the unit that `detail::seconds_per_unit` finds; whole stamps of a file of EuRoC whose form
+///   was asked for are nanoseconds.
 ///
 /// A row with NaN or an infinite number is left out, and a note names its line: a tracker writes such rows where it had lost its picture, and
 /// the other poses are as good as they would be without. This is what the readers of maps do. Poses without stamps keep the number of their
@@ -137,8 +146,9 @@ TILEMESH_HOST Trajectory relative_to_origin(Trajectory trajectory, std::array<do
 TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view name);
 
 /// The poses as the text of a TUM file, camera to world; `read_tum` gives the same poses within a few roundings of double. Throws `Error` if
-/// a number is not finite or above 1e37, and for no pose at all, because `read_tum` would refuse them.
-TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses);
+/// a number is not finite or above 1e37, and for no pose at all, because `read_tum` would refuse them. Where `lost[i]` is set, the comment line
+/// "# <seconds> lost" stands in place of pose i.
+TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses, std::vector<bool> const& lost = {});
 
 /// Notes on a trajectory, at most eight lines: those of the reader; poses that are not a camera's (EuRoC); stamps that go back in time; stamps that
 /// occur twice; gaps above 5 times the median of the forward steps; quaternions far from unit length. Empty if nothing is unusual. Poses are numbered

@@ -43,6 +43,7 @@ struct TrajectoryErrors {
     /// Relative, from each pose to the next: the error of the step's translation in the camera's axes (`evo_rpe --delta 1 --delta_unit f`),
     /// and of its rotation in degrees (with `--pose_relation angle_deg`).
     ErrorSummary rpe, rpe_deg;
+    std::size_t poses = 0; ///< that were compared; the relative errors are of one step less
     RigidMotion alignment; ///< of the estimate to the truth
 };
 

@@ -63,6 +63,7 @@ TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::uint3
     if (lens == lenses_.end()) refuse("there is no camera " + std::to_string(lens_id) + " in " + cameras_name_);
     if (name.empty()) refuse("it has no NAME");
     if (!is_plain(name)) refuse("NAME is not UTF-8 text");
+    name = with_slashes(name);
     if (!names_.insert(name).second) refuse("another image is called \"" + shown(name) + "\"");
     if (names_.size() > most_colmap_entries) refuse("it is one image more than 1048576");
     if (!image_ids_.insert(image_id).second && ++repeated_ids_ == 1)

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <istream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
@@ -14,6 +15,7 @@
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
@@ -21,7 +23,7 @@ namespace detail {
 
 TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
                                                                          std::size_t least_pairs, std::size_t most_pairs,
-                                                                         std::string const& form)
+                                                                         std::string const& form, std::vector<std::string>* notes)
 {
     std::vector<std::array<StampedFile, 2>> out;
     std::size_t pairs = 0;
@@ -42,7 +44,7 @@ TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::is
                     refuse("\"" + shown(word) + "\" is not a time in seconds");
             } else {
                 if (!is_plain(word)) refuse("\"" + shown(word) + "\" is not a file name that can be printed");
-                file = std::string(word);
+                file = with_slashes(word);
             }
         }
         if (count % 2 != 0) refuse("its last time has no file");
@@ -53,31 +55,48 @@ TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::is
         out.push_back(row);
     }
     if (out.empty()) throw Error(name + " lists no picture (every line is blank or a comment); write " + form);
+    for (std::size_t i = 0; i < pairs; ++i) {
+        std::vector<double> stamps;
+        for (auto const& row : out) stamps.push_back(row[i].seconds);
+        double const unit = seconds_per_unit(std::move(stamps));
+        if (unit == 1.0) continue;
+        for (auto& row : out) row[i].seconds *= unit;
+        auto const note = "time stamps are read as " + unit_name(unit);
+        if (notes != nullptr && std::find(notes->begin(), notes->end(), note) == notes->end()) notes->push_back(note);
+    }
     return out;
+}
+
+/// Stamps are rounded: 0.02 s between stamps of 1.3e9 s are not exactly that in double.
+inline double rounding_of_stamps(double seconds)
+{
+    return 1e-15 * std::fabs(seconds);
+}
+
+/// The notes on how many pictures have a depth, and on those that are more than `most_seconds` away from it.
+TILEMESH_HOST void add_depth_notes(std::vector<RgbdFrame> const& frames, double most_seconds, std::vector<std::string>& notes)
+{
+    std::size_t with_depth = 0, far = 0, furthest = 0;
+    auto const apart = [&](std::size_t i) { return std::fabs(frames[i].colour.seconds - frames[i].depth.seconds); };
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (frames[i].depth.file.empty()) continue;
+        ++with_depth;
+        if (apart(i) <= most_seconds + rounding_of_stamps(frames[i].colour.seconds)) continue;
+        if (far++ == 0 || apart(i) > apart(furthest)) furthest = i;
+    }
+    if (with_depth < frames.size()) notes.push_back(std::to_string(with_depth) + " of " + std::to_string(frames.size()) + " pictures have a depth");
+    if (far != 0)
+        notes.push_back("pictures whose depth is more than " + number_text(most_seconds) + " s away: " + std::to_string(far) +
+                        ", the furthest is " + number_text(apart(furthest)) + " s away, of the picture at " +
+                        number_text(frames[furthest].colour.seconds));
 }
 
 } // namespace detail
 
-TILEMESH_HOST std::vector<std::string> rgbd_notes(std::vector<RgbdFrame> const& frames)
-{
-    std::size_t far = 0, furthest = 0;
-    auto const apart = [&](std::size_t i) { return std::fabs(frames[i].colour.seconds - frames[i].depth.seconds); };
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        // Stamps are rounded: 0.02 s between stamps of 1.3e9 s are not exactly that in double.
-        double const rounding = 1e-15 * std::fabs(frames[i].colour.seconds);
-        if (frames[i].depth.file.empty() || apart(i) <= most_seconds_apart + rounding) continue;
-        if (far++ == 0 || apart(i) > apart(furthest)) furthest = i;
-    }
-    if (far == 0) return {};
-    return {"pictures whose depth is more than " + number_text(most_seconds_apart) + " s away: " + std::to_string(far) +
-            ", the furthest is " + number_text(apart(furthest)) + " s away, of the picture at " +
-            number_text(frames[furthest].colour.seconds)};
-}
-
-TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name)
+TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std::string const& name, std::vector<std::string>* notes)
 {
     std::vector<StampedFile> out;
-    for (auto& row : detail::read_stamped_files(stream, name, 1, 1, "timestamp file")) out.push_back(row[0]);
+    for (auto& row : detail::read_stamped_files(stream, name, 1, 1, "timestamp file", notes)) out.push_back(row[0]);
     std::stable_sort(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.seconds < b.seconds; });
     return out;
 }
@@ -92,7 +111,8 @@ TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& c
         auto const after = static_cast<std::size_t>(std::lower_bound(depth.begin(), depth.end(), colour[i].seconds,
                                                                      [](auto const& d, double t) { return d.seconds < t; }) - depth.begin());
         for (std::size_t const k : {after - 1, after}) // after - 1 wraps to a number that is no index
-            if (k < depth.size() && apart(i, k) <= most_seconds && (nearest[i] == none || apart(i, k) < apart(i, nearest[i]))) nearest[i] = k;
+            if (k < depth.size() && apart(i, k) <= most_seconds + detail::rounding_of_stamps(colour[i].seconds) &&
+                (nearest[i] == none || apart(i, k) < apart(i, nearest[i]))) nearest[i] = k;
         if (auto const k = nearest[i]; k != none && (winner[k] == none || apart(i, k) < apart(winner[k], k))) winner[k] = i;
     }
     std::vector<RgbdFrame> out;
@@ -101,45 +121,52 @@ TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& c
     return out;
 }
 
-TILEMESH_HOST std::vector<RgbdFrame> read_rgbd_list(std::istream& stream, std::string const& name)
+TILEMESH_HOST std::vector<RgbdFrame> read_rgbd_list(std::istream& stream, std::string const& name, std::vector<std::string>* notes)
 {
     std::vector<RgbdFrame> out;
-    for (auto& row : detail::read_stamped_files(stream, name, 1, 2, "timestamp rgb_file, or timestamp rgb_file timestamp depth_file"))
+    for (auto& row : detail::read_stamped_files(stream, name, 1, 2, "timestamp rgb_file, or timestamp rgb_file timestamp depth_file", notes))
         out.push_back({row[0], row[1]});
     std::stable_sort(out.begin(), out.end(), [](auto const& a, auto const& b) { return a.colour.seconds < b.colour.seconds; });
     return out;
 }
 
-TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path)
+TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path, std::optional<double> depth_within, std::vector<std::string>* notes)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;
-    constexpr auto any_length = std::numeric_limits<std::uint64_t>::max();
     auto const there = [&](fs::path const& file) { return fs::exists(file, ignored); };
-    auto const open = [&](fs::path const& file) { return detail::open_file(file, any_length, "a list of pictures"); };
+    auto const read = [&](auto const& reader, fs::path const& file) {
+        auto stream = detail::open_file(file, std::numeric_limits<std::uint64_t>::max(), "a list of pictures");
+        return reader(stream, detail::shown_path(file), notes);
+    };
     bool const folder = fs::is_directory(path, ignored);
     fs::path const root = folder ? path : path.parent_path(), association = folder ? path / "associations.txt" : path;
     std::vector<RgbdFrame> frames;
     if (!folder || there(association)) {
-        auto stream = open(association);
-        frames = read_rgbd_list(stream, detail::shown_path(association));
+        frames = read(read_rgbd_list, association);
     } else {
         if (!there(path / "rgb.txt"))
             throw Error(detail::shown_path(path) + " is no sequence (it has neither associations.txt nor rgb.txt); name a folder of the TUM RGB-D "
                         "benchmark, or an association file");
-        auto colour_stream = open(path / "rgb.txt");
-        auto const colour = read_file_list(colour_stream, detail::shown_path(path / "rgb.txt"));
+        auto const colour = read(read_file_list, path / "rgb.txt");
         std::vector<StampedFile> depth;
-        if (there(path / "depth.txt")) {
-            auto depth_stream = open(path / "depth.txt");
-            depth = read_file_list(depth_stream, detail::shown_path(path / "depth.txt"));
+        if (depth_within && there(path / "depth.txt")) depth = read(read_file_list, path / "depth.txt");
+        frames = associate(colour, depth, depth_within.value_or(0.0));
+        auto const has_depth = [](RgbdFrame const& frame) { return !frame.depth.file.empty(); };
+        if (!depth.empty() && std::none_of(frames.begin(), frames.end(), has_depth)) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (auto const& [c, d] : associate(colour, depth, nearest))
+                if (!d.file.empty()) nearest = std::fmin(nearest, std::fabs(c.seconds - d.seconds));
+            throw Error("no picture of " + detail::shown_path(path) + " has a depth (" + number_text(*depth_within) + " s from a picture to its depth are "
+                        "allowed, and the nearest is " + significant(nearest, 3) + " s away); allow more with --depth-within, or correct the time stamps");
         }
-        frames = associate(colour, depth);
     }
     for (auto& [colour, depth] : frames) {
         colour.file = root / colour.file;
+        if (!depth_within) depth = {};
         if (!depth.file.empty()) depth.file = root / depth.file;
     }
+    if (depth_within && notes != nullptr) detail::add_depth_notes(frames, *depth_within, *notes);
     return frames;
 }
 

@@ -36,6 +36,9 @@ TILEMESH_HOST std::string shown_path(std::filesystem::path const& path);
 /// Does `text` have printable characters only, so that it can stand in a report and in one line?
 TILEMESH_HOST bool is_plain(std::string_view text);
 
+/// The name of a file in a list or a camera file, with "/" for each backslash: it may have been written on Windows.
+TILEMESH_HOST std::string with_slashes(std::string_view name);
+
 inline constexpr std::string_view blanks = " \t\r\v\f";
 
 /// Takes the next word off `text`; empty if there is none.

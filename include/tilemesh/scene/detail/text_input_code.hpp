@@ -64,6 +64,13 @@ TILEMESH_HOST bool is_plain(std::string_view text)
     return true;
 }
 
+TILEMESH_HOST std::string with_slashes(std::string_view name)
+{
+    std::string out(name);
+    std::replace(out.begin(), out.end(), '\\', '/');
+    return out;
+}
+
 TILEMESH_HOST std::string_view take_word(std::string_view& text)
 {
     text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));

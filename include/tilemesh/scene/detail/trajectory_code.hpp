@@ -20,6 +20,7 @@
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
@@ -120,15 +121,18 @@ TILEMESH_HOST TrajectoryHeader header_of(std::string_view line)
     bool x = false, w = false;
     std::string name;
     bool unit = false; // between brackets
+    auto const says_unit = [&](char letter) {
+        if (letter == 'm' || letter == 'u' || letter == 'n') header.seconds_per_unit = letter == 'm' ? 1e-3 : letter == 'u' ? 1e-6 : 1e-9;
+    };
     auto const end_name = [&] {
         if (name.empty()) return;
         bool const first = header.names <= 1;
         if (unit) {
-            if (first) header.seconds = header.seconds || name == "s" || name == "sec";
-            if (first) header.nanoseconds = header.nanoseconds || name == "ns";
+            if (first && (name == "s" || name == "sec")) header.seconds_per_unit = 1.0;
+            if (first && name.size() == 2 && name[1] == 's') says_unit(name[0]);
         } else {
             ++header.names;
-            if (first && name.ends_with("_ns")) header.nanoseconds = true;
+            if (header.names == 1 && name.size() > 3 && name[name.size() - 3] == '_' && name.back() == 's') says_unit(name[name.size() - 2]);
             if (name.front() == 'q' && (name.back() == 'w' || name.back() == 'x' || name.back() == 'y' || name.back() == 'z') && header.first_q == 0)
                 header.first_q = header.names;
             if (name.front() == 'q' && name.back() == 'w') {
@@ -151,6 +155,34 @@ TILEMESH_HOST TrajectoryHeader header_of(std::string_view line)
     end_name();
     header.there = x && w;
     return header;
+}
+
+TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
+{
+    std::sort(stamps.begin(), stamps.end());
+    double largest = 0.0, step = 0.0;
+    bool whole = true;
+    std::vector<double> steps;
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+        largest = std::fmax(largest, std::fabs(stamps[i]));
+        whole = whole && stamps[i] == std::floor(stamps[i]);
+        if (i > 0 && stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+    }
+    if (!steps.empty()) {
+        auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+        std::nth_element(steps.begin(), middle, steps.end());
+        step = *middle;
+    }
+    constexpr double year_2000 = 946684800.0, year_2100 = 4102444800.0; // seconds since 1970
+    for (double const unit : {1.0, 1e-3, 1e-6, 1e-9})
+        if (largest * unit >= year_2000 && largest * unit <= year_2100 && step * unit < 1e3) return unit;
+    if (whole && step > 0.0) return step < 1e3 ? 1.0 : step < 1e6 ? 1e-6 : 1e-9;
+    return largest < 1e11 ? 1.0 : largest < 1e14 ? 1e-3 : largest < 1e17 ? 1e-6 : 1e-9;
+}
+
+TILEMESH_HOST std::string unit_name(double seconds_per_unit)
+{
+    return seconds_per_unit == 1.0 ? "seconds" : seconds_per_unit == 1e-3 ? "milliseconds" : seconds_per_unit == 1e-6 ? "microseconds" : "nanoseconds";
 }
 
 TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
@@ -197,7 +229,6 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
     std::vector<std::array<double, 8>> rows; // of TUM or EuRoC, until the whole file tells which
     TrajectoryHeader header;
     bool known = false, commas = false, more = false, whole = true; // of the first row; whole: all stamps
-    double largest_stamp = 0.0;
     std::uint64_t number = 0;
     std::string named;
     LineReader lines(stream, name);
@@ -242,7 +273,6 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
         std::string_view rest = text;
         std::string_view const stamp = take_word(rest);
         whole = whole && stamp.substr(0, stamp.find(',')).find_first_of(".eE") == std::string_view::npos;
-        largest_stamp = std::fmax(largest_stamp, std::fabs(line.fields[0]));
     }
     if (trajectory.left_out != 0)
         trajectory.reader_notes.push_back("rows left out because a number is not finite: " + std::to_string(trajectory.left_out) + " (" + named +
@@ -252,8 +282,10 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
                     (only_tum ? "TUM " : "") + "trajectory file");
     if (rows.empty()) return trajectory;
 
-    constexpr double least_nanoseconds = 1e14;
-    bool const huge = largest_stamp >= least_nanoseconds;
+    std::vector<double> stamps;
+    for (auto const& row : rows) stamps.push_back(row[0]);
+    double const found = seconds_per_unit(std::move(stamps));
+    bool const huge = found == 1e-9;
     std::string reason = "as was asked for";
     if (!only_tum && !format) {
         if (header.there && header.names >= 8 && header.first_q != 5)
@@ -282,12 +314,12 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
         trajectory.format = w_first ? TrajectoryFormat::euroc : TrajectoryFormat::tum;
     }
     bool const euroc = trajectory.format == TrajectoryFormat::euroc;
-    bool const nanoseconds = !only_tum && !header.seconds && (header.nanoseconds || huge || (euroc && format && whole));
-    if (!only_tum && (euroc ? !commas || !nanoseconds : commas || nanoseconds))
+    double const unit = only_tum ? 1.0 : header.seconds_per_unit.value_or(euroc && format && whole ? 1e-9 : found);
+    if (!only_tum && (euroc ? !commas || unit != 1e-9 : commas || unit != 1.0))
         trajectory.reader_notes.push_back(std::string("read as timestamp, position, ") + (euroc ? "qw qx qy qz" : "qx qy qz qw") + " in " +
-                                          (nanoseconds ? "nanoseconds, " : "seconds, ") + reason);
+                                          unit_name(unit) + ", " + reason);
     trajectory.reserve(rows.size());
-    for (auto const& row : rows) trajectory.push_back(stamped_pose(row, euroc, nanoseconds ? 1e-9 : 1.0, trajectory.far_from_unit));
+    for (auto const& row : rows) trajectory.push_back(stamped_pose(row, euroc, unit, trajectory.far_from_unit));
     return trajectory;
 }
 
@@ -331,11 +363,16 @@ TILEMESH_HOST std::optional<TrajectoryFormat> trajectory_format(std::string_view
     return {};
 }
 
-TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses)
+TILEMESH_HOST std::string tum_text(std::vector<StampedPose> const& poses, std::vector<bool> const& lost)
 {
     if (poses.empty()) throw Error("an empty trajectory cannot be written (no reader accepts it); write at least one pose");
     std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-    for (auto const& [seconds, pose] : poses) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        auto const& [seconds, pose] = poses[i];
+        if (i < lost.size() && lost[i]) {
+            text += "# " + number_text(seconds) + " lost\n";
+            continue;
+        }
         auto const q = quaternion_of(glm::transpose(pose.rotation));
         for (double const value : {seconds, pose.position.x, pose.position.y, pose.position.z, q[1], q[2], q[3], q[0]}) {
             if (!(std::fabs(value) <= detail::largest_number))

@@ -79,8 +79,7 @@ public:
         if (!ended() && path.value.empty()) unusable_ = refusal(name, "\"file_path\" is empty");
         if (!ended()) is(matrix, "transform_matrix");
         if (ended()) return;
-        std::string file = path.value;
-        std::replace(file.begin(), file.end(), '\\', '/'); // written on Windows
+        auto file = with_slashes(path.value);
         if (file.starts_with("./") && file.size() > 2) file.erase(0, 2);
         frames_.push_back({std::move(file), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
         std::copy(matrix.value.begin(), matrix.value.end(), frames_.back().to_world.begin());

@@ -73,6 +73,7 @@ TILEMESH_HOST TrajectoryErrors trajectory_errors(std::span<scene::Pose const> es
         to.push_back(truth[i].position);
     }
     TrajectoryErrors out;
+    out.poses = truth.size();
     out.alignment = align(from, to);
     std::vector<double> plain, aligned, turned, steps, step_turns;
     for (std::size_t i = 0; i < truth.size(); ++i) {

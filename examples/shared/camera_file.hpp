@@ -1,0 +1,42 @@
+#pragma once
+#include <string>
+#include <tilemesh/number_text.hpp>
+#include <tilemesh/report/json_text.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <vector>
+
+namespace shared {
+
+/// A camera whose pose a program found.
+struct FoundCamera {
+    std::string name; ///< of its picture, as a list or a folder of pictures has it
+    tilemesh::scene::Pose pose;
+};
+
+/// A file of cameras in the library's own form (scene/camera_json.hpp), a camera a line. Every program reads it as --cameras. Names must differ.
+inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, tilemesh::scene::Intrinsics const& lens)
+{
+    std::string text = "{\"cameras\": [";
+    for (auto const& camera : cameras) {
+        auto const& rotation = camera.pose.rotation;
+        auto const moved = -(rotation * camera.pose.position);
+        std::string rows;
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 4; ++column)
+                rows += (column != 0 ? ", " : row == 0 ? "[[" : "], [") + tilemesh::number_text(column == 3 ? moved[row] : rotation[column][row]);
+        text += (text.ends_with('[') ? "\n " : ",\n ") + tilemesh::report::json_line([&](auto& json) {
+                    json.member("name", camera.name);
+                    json.member("width", lens.width);
+                    json.member("height", lens.height);
+                    json.member("fx", lens.fx);
+                    json.member("fy", lens.fy);
+                    json.member("cx", lens.cx);
+                    json.member("cy", lens.cy);
+                    json.member("near", double{lens.near_depth});
+                    json.member_as_is("world_to_camera", rows + "], [0, 0, 0, 1]]");
+                });
+    }
+    return text + "\n]}\n";
+}
+
+} // namespace shared
