@@ -171,6 +171,7 @@ private:
 inline std::string path_plot(std::vector<scene::StampedPose> const& estimated, std::vector<bool> const& lost, std::vector<scene::StampedPose> const& truth)
 {
     report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
+    plot.equal_units = true;
     for (auto const& [name, poses] : {std::pair{"truth", &truth}, std::pair{"estimated", &estimated}}) {
         report::PlotSeries series{name, {}};
         series.colour = static_cast<std::uint32_t>(plot.series.size());

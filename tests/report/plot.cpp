@@ -95,6 +95,20 @@ TEST_CASE("a linear plot lays values evenly, up is more")
         CHECK_MESSAGE(text.find(word) != std::string::npos, word);
 }
 
+TEST_CASE("with equal units a square is a square, and one point is drawn")
+{
+    auto plot = plot_of({{0, 0}, {0, 3}, {3, 3}});
+    plot.equal_units = true;
+    auto const text = svg(plot);
+    CHECK(well_formed(text));
+    auto const x = numbers_after(text, "cx=\""), y = numbers_after(text, "cy=\"");
+    REQUIRE(x.size() == 3);
+    CHECK(x[2] - x[1] == doctest::Approx(y[0] - y[1]).epsilon(0.002));
+    CHECK(y[0] - y[1] > 200); // the higher side fills the area
+    plot.series[0].points = {{1e6, -3}};
+    CHECK(well_formed(svg(plot)));
+}
+
 TEST_CASE("a logarithmic axis gives every factor the same length")
 {
     auto const text = svg(plot_of({{1, 1}, {10, 1}, {100, 2}, {400, 2}}, PlotScale::logarithmic));

@@ -149,8 +149,17 @@ TILEMESH_HOST std::string svg(Plot const& plot)
     // Room for the legend, the labels and the line of infinite values. A letter of 12 pixels height is 6.5 pixels wide.
     double const legend = std::min(60 + 6.5 * static_cast<double>(longest), 0.45 * plot.width);
     double const left = 64, right = plot.width - legend - 8, bottom = plot.height - 52.0, top = 36, infinity_px = top + 8;
-    detail::PlotRange const x(plot.x, "x", least[0], most[0], left, right);
-    detail::PlotRange const y(plot.y, "y", least[1], most[1], bottom, infinite ? top + 28 : top);
+    std::array<PlotAxis, 2> axes{plot.x, plot.y};
+    if (plot.equal_units && least[0] <= most[0] && least[1] <= most[1]) {
+        double const far = std::max({std::fabs(least[0]), std::fabs(most[0]), std::fabs(least[1]), std::fabs(most[1]), 1e-6});
+        double const per_px = 1.05 * std::max({(most[0] - least[0]) / (right - left), (most[1] - least[1]) / (bottom - top), 1e-6 * far}); // of one point, too
+        for (std::size_t i = 0; i < 2; ++i) {
+            double const middle = (least[i] + most[i]) / 2, half = per_px * (i == 0 ? right - left : bottom - top) / 2;
+            axes[i].low = middle - half, axes[i].high = middle + half;
+        }
+    }
+    detail::PlotRange const x(axes[0], "x", least[0], most[0], left, right);
+    detail::PlotRange const y(axes[1], "y", least[1], most[1], bottom, infinite ? top + 28 : top);
 
     std::string out;
     auto const number = [](double v) { return plot_number(v, 1); };
