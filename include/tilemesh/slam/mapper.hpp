@@ -9,6 +9,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/map/insert.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct MapperOptions {
     std::uint32_t threads = 1;
     splat::TileSize tile{32, 20}; ///< changes no bit of the map
     std::uint64_t seed = 1;       ///< of the choice of keyframes
+    splat::Coverage coverage = splat::Coverage::of_record; ///< `preserved`: with anti-aliasing; the map must be shown so, too
 };
 
 /// What a keyframe did to the map.

@@ -136,7 +136,7 @@ TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path
         }
         frames = associate(colour, depth);
     }
-    for (auto& [colour, depth] : frames) {
+    for (auto& [colour, depth, mask] : frames) {
         colour.file = root / colour.file;
         if (!depth.file.empty()) depth.file = root / depth.file;
     }
