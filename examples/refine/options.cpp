@@ -16,7 +16,9 @@ namespace fs = std::filesystem;
 constexpr Word optimisers[] = {{"by-kind", Optimiser::by_kind}, {"adam", Optimiser::adam}};
 constexpr Option<Options> rows[] = {
     option<&Options::steps>("steps", "N", "so many steps [20 for each photograph that is not held out]", {1, 100'000'000}),
-    option<&Options::every>("every", "N", "holds out one in N of the sorted names, from the first; they are only compared [what the camera file lists, or 8]", {2, 1'000'000}),
+    option<&Options::every>("every", "N",
+                            "holds out one in N of the sorted names, from the first; they are only compared [what the camera file lists, or 8]",
+                            {2, 1'000'000}),
     words<&Options::optimiser>("optimiser", "NAME", "{}: a second moment a kind of parameter, or Adam [by-kind]", optimisers),
     option<&Options::rate>("rate", "X", "times all rates; they fall to a tenth over the run [1]", {1e-6, 1e3})};
 constexpr Option<Options> outputs[] = {option<&Options::out>("out", "FILE", "the refined map, a PLY [refined.ply]"),
@@ -60,8 +62,8 @@ std::optional<Options> options_of(int argc, char** argv)
     if (!o.photos) throw Error("no photographs are named (a map is refined by them); add --photos DIR");
     auto const extension = o.out.extension();
     if (!extension.empty() && extension != ".ply" && extension != ".PLY")
-        throw Error("--out cannot be " + one_line(o.out.string()) + " (the map is written as a PLY, and the name says " + one_line(extension.string()) +
-                    "); write for example --out " + one_line(fs::path(o.out).replace_extension(".ply").string()));
+        throw Error("--out cannot be " + one_line(o.out.string()) + " (the map is written as a PLY, and the name says " +
+                    one_line(extension.string()) + "); write for example --out " + one_line(fs::path(o.out).replace_extension(".ply").string()));
     return o;
 }
 

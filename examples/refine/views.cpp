@@ -62,8 +62,8 @@ Views find_views(Options const& options, scene::Map const& map)
         auto const& photograph = photographs[i];
         bool const repeated = i > 0 && names[i] == names[i - 1] && photograph.found();
         if (repeated || photograph.others.size() > 1)
-            throw Error(shared::one_line(photograph.path.string()) + " is not clear (" + (repeated ? "cameras of two scenes have its name" : photograph.why()) +
-                        "); name the folder above with --photos");
+            throw Error(shared::one_line(photograph.path.string()) + " is not clear (" +
+                        (repeated ? "cameras of two scenes have its name" : photograph.why()) + "); name the folder above with --photos");
         if (!photograph.found()) continue;
         out.read.push_back(photograph.path);
         found.push_back(cameras[i]);

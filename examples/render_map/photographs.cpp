@@ -68,8 +68,8 @@ void find_photographs(Options const& options, std::vector<std::string> const& na
             photo.problem = shared::one_line(photo.path.string()) + " is not compared (there is no such photograph, nor one of that name with .png or .jpg); "
                             "name the folder that has it with --photos";
         } else if (!of.found()) {
-            photo.problem = shared::one_line(of.path.string()) + " is not compared with \"" + shared::one_line(shot.picture, 200) + "\" (" + of.why() +
-                            "); name the folder above with --photos";
+            photo.problem = shared::one_line(of.path.string()) + " is not compared with \"" + shared::one_line(shot.picture, 200) + "\" (" +
+                            of.why() + "); name the folder above with --photos";
         } else {
             try {
                 Size const whole{shot.full.width, shot.full.height};

@@ -39,7 +39,8 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
         for (std::size_t i = 0; i < all; ++i)
             if (splits[i] == scene::Split::held_out) std::swap(chosen[kept++], chosen[i]);
         if (kept == 0)
-            throw tilemesh::Error("no camera is held out (the lists of names in the camera file hold out none that --camera chose); leave --every out");
+            throw tilemesh::Error(
+                "no camera is held out (the lists of names in the camera file hold out none that --camera chose); leave --every out");
         chosen.resize(kept);
         if (notes.size() == before)
             notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +

@@ -76,8 +76,8 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
 {
     std::error_code refused;
     if (!fs::is_directory(folder, refused))
-        throw Error("--photos cannot be " + one_line(folder.string()) + " (it is no directory" + (refused ? ": " + refused.message() : std::string()) +
-                    "); name the folder of the photographs");
+        throw Error("--photos cannot be " + one_line(folder.string()) + " (it is no directory" +
+                    (refused ? ": " + refused.message() : std::string()) + "); name the folder of the photographs");
     std::map<std::string, PhotographOf> found;
     for (auto const* list : {&names, &all})
         for (auto const& name : *list) found.emplace(name, PhotographOf{});
@@ -116,7 +116,8 @@ bool is_reduced(fs::path const& photograph, Size own, Size camera, std::uint32_t
     if (fits(own.width, camera.width) && fits(own.height, camera.height)) return true;
     if (same(own, camera)) return false;
     throw Error(one_line(photograph.string()) + what + " (it has " + by(own) + " pixels, its camera " + by(camera) +
-                (scale == 1 ? "" : ", or divided by " + std::to_string(scale)) + "); name the photographs of these cameras, or choose another --scale");
+                (scale == 1 ? "" : ", or divided by " + std::to_string(scale)) +
+                "); name the photographs of these cameras, or choose another --scale");
 }
 
 void require_mask(fs::path const& mask, Size photograph, Size camera)

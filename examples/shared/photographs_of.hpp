@@ -24,7 +24,8 @@ struct PhotographOf {
 /// behind it or in place of its own; folders at the beginning of a name may be missing. The camera with the longest common path, then the one
 /// with the nearest extension, owns a file. `all` are the names of the whole camera file: a camera that is not chosen owns files too.
 /// Throws `tilemesh::Error` if the folder is no directory. Cost: a few system calls for each name and folder in it.
-std::vector<PhotographOf> photographs_of(std::filesystem::path const& folder, std::vector<std::string> const& names, std::vector<std::string> const& all);
+std::vector<PhotographOf> photographs_of(std::filesystem::path const& folder, std::vector<std::string> const& names,
+                                         std::vector<std::string> const& all);
 
 /// Has a photograph the size of its camera divided by `scale`, rounded up or down? False: it has the camera's own size. Throws
 /// `tilemesh::Error` for another size; `what` says what that means: " is not compared".

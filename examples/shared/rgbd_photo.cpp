@@ -61,7 +61,8 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
     auto const picture = read_picture(frame.depth.file, size, {});
     out.depth = report::Plane(size.width, size.height);
     for (std::size_t i = 0; i < out.depth.values.size(); ++i)
-        out.depth.values[i] = std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
+        out.depth.values[i] =
+            std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
     return out;
 }
 

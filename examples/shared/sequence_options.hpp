@@ -24,7 +24,8 @@ void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size,
 
 /// Gives the pictures of --photos the masks that the file of --cameras names for them: of the camera that has the picture's name
 /// (`photographs_of`). A note counts them. `size`: of cameras whose file says none.
-void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector<tilemesh::scene::RgbdFrame>& photos, std::vector<std::string>& notes);
+void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector<tilemesh::scene::RgbdFrame>& photos,
+               std::vector<std::string>& notes);
 
 /// Every file that such a run reads: `files_read`, with the lists of --photos, the pictures in them, and `sized_by`.
 std::vector<std::filesystem::path> files_read(SequenceOptions const& o, std::vector<std::optional<std::filesystem::path>> const& maps,

@@ -168,8 +168,10 @@ private:
         for (auto const& item : file.items())
             if (std::set<std::string>{"train_filenames", "val_filenames", "test_filenames"}.count(item.key()) != 0) {
                 if (!item.value().is_array() || !std::all_of(item.value().begin(), item.value().end(), is_text)) unread_of_file.insert(item.key());
-            } else if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "aabb_scale", "ply_file_path",
-                                       "sharpness"}.count(item.key()) && !is_distortion_key(item.key()))
+            } else if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye",
+                                              "aabb_scale", "ply_file_path", "sharpness"}
+                            .count(item.key()) &&
+                       !is_distortion_key(item.key()))
                 unread_of_file.insert(item.key());
         for (auto const& frame : file["frames"]) {
             if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};

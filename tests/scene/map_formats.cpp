@@ -187,10 +187,23 @@ TEST_CASE("SPZ: bit for bit what its reference reader gives, in all versions, wi
 /// The harmonics of degree 1 to 3 in a unit direction, as 3DGS has them.
 std::array<double, 15> harmonics_in(double const (&d)[3])
 {
-    double const pi = 3.14159265358979323846, x = d[0], y = d[1], z = d[2], a = std::sqrt(3 / (4 * pi)), b = std::sqrt(15 / pi) / 2, c = std::sqrt(5 / pi) / 4,
-                 e = std::sqrt(35 / (2 * pi)) / 4, f = std::sqrt(105 / pi) / 2, g = std::sqrt(21 / (2 * pi)) / 4, h = std::sqrt(7 / pi) / 4;
-    return {-a * y, a * z, -a * x, b * x * y, -b * y * z, c * (2 * z * z - x * x - y * y), -b * x * z, b / 2 * (x * x - y * y), -e * y * (3 * x * x - y * y), f * x * y * z,
-            -g * y * (4 * z * z - x * x - y * y), h * z * (2 * z * z - 3 * x * x - 3 * y * y), -g * x * (4 * z * z - x * x - y * y), f / 2 * z * (x * x - y * y),
+    double const pi = 3.14159265358979323846, x = d[0], y = d[1], z = d[2], a = std::sqrt(3 / (4 * pi)), b = std::sqrt(15 / pi) / 2,
+                 c = std::sqrt(5 / pi) / 4, e = std::sqrt(35 / (2 * pi)) / 4, f = std::sqrt(105 / pi) / 2, g = std::sqrt(21 / (2 * pi)) / 4,
+                 h = std::sqrt(7 / pi) / 4;
+    return {-a * y,
+            a * z,
+            -a * x,
+            b * x * y,
+            -b * y * z,
+            c * (2 * z * z - x * x - y * y),
+            -b * x * z,
+            b / 2 * (x * x - y * y),
+            -e * y * (3 * x * x - y * y),
+            f * x * y * z,
+            -g * y * (4 * z * z - x * x - y * y),
+            h * z * (2 * z * z - 3 * x * x - 3 * y * y),
+            -g * x * (4 * z * z - x * x - y * y),
+            f / 2 * z * (x * x - y * y),
             -e * x * (x * x - 3 * y * y)};
 }
 
@@ -216,7 +229,8 @@ TEST_CASE("SPZ: the extension of a coordinate system turns and mirrors means, ro
             for (int axis = 0; axis < 3; ++axis) {
                 char const letter = systems[system - 1][axis];
                 int const row = letter == 'L' || letter == 'R' ? 0 : letter == 'U' || letter == 'D' ? 1 : 2;
-                double const sign = letter == 'R' || letter == 'D' || letter == 'F' ? 1 : -1, stored = axis == 0 ? 1 : -1; // y and z of `plain` are turned
+                double const sign = letter == 'R' || letter == 'D' || letter == 'F' ? 1 : -1,
+                             stored = axis == 0 ? 1 : -1; // y and z of `plain` are turned
                 m[row][axis] = sign * stored;
             }
             for (std::size_t i = 0; i < map.gaussians.size(); ++i) {

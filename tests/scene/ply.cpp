@@ -297,7 +297,8 @@ TEST_CASE("opacities and scales that may be linear are noted, from 16 rows on")
 {
     auto const notes = [](int rows, char const* opacity, char const* scale) {
         std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(rows) + "\n";
-        for (char const* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+        for (char const* name :
+             {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
             text += std::string("property float ") + name + "\n";
         text += "end_header\n";
         for (int i = 0; i < rows; ++i)

@@ -116,8 +116,12 @@ TEST_CASE("other formats of maps are refused by name, with advice")
         CHECK(has(text, part));
         CHECK(has(text, "uncompressed PLY"));
     }
-    for (auto const& [name, text, part] : {std::tuple{"a.glb", "glTF\2", "is a binary glTF scene"}, {"a.npz", "PK\3\4", "is a NumPy archive"}, {"a.pt", "PK\3\4", "is a PyTorch checkpoint"},
-                                           {"a.ckpt", "PK\3\4", "is a PyTorch checkpoint"}, {"a.npy", "\x93NUMPY", "is a NumPy array"}, {"a.rad", "??", "is a RAD map"},
+    for (auto const& [name, text, part] : {std::tuple{"a.glb", "glTF\2", "is a binary glTF scene"},
+                                           {"a.npz", "PK\3\4", "is a NumPy archive"},
+                                           {"a.pt", "PK\3\4", "is a PyTorch checkpoint"},
+                                           {"a.ckpt", "PK\3\4", "is a PyTorch checkpoint"},
+                                           {"a.npy", "\x93NUMPY", "is a NumPy array"},
+                                           {"a.rad", "??", "is a RAD map"},
                                            {"a.lcc", "{}", "is an LCC map"}}) {
         CHECK(has(refusal(text, name), part));
         std::istringstream stream(text);
@@ -125,7 +129,8 @@ TEST_CASE("other formats of maps are refused by name, with advice")
         CHECK(has(refusal(text, name), "uncompressed PLY"));
     }
     for (char const* name : {"a.ply", "a.spz", "a.splat", "a.sog"}) {
-        for (auto const& [text, part] : {std::pair{"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "run git lfs pull"}, {"<!DOCTYPE html>\n<html>", "is a web page"}}) {
+        for (auto const& [text, part] : {std::pair{"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "run git lfs pull"},
+                                         {"<!DOCTYPE html>\n<html>", "is a web page"}}) {
             std::istringstream stream(text);
             CHECK(has(error_of([&, n = name] { tilemesh::scene::read_map(stream, n); }), part));
         }

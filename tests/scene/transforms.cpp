@@ -234,7 +234,8 @@ TEST_CASE("masks and the lists of views are read; a frame of no list is left out
     CHECK(notes == std::vector<std::string>{"1 of 2 names in train_filenames, test_filenames and val_filenames are of no frame"});
     notes.clear();
     CHECK(splits({{"test_filenames", 3}, {"train_filenames", {"a", 4}}}, &notes) == std::vector{t, h, h, h});
-    CHECK(notes == std::vector<std::string>{"the file has \"test_filenames\", which is not read", "the file has \"train_filenames\", which is not read"});
+    CHECK(notes ==
+          std::vector<std::string>{"the file has \"test_filenames\", which is not read", "the file has \"train_filenames\", which is not read"});
 
     auto masked = frame("b");
     masked["mask_path"] = ".\\masks\\b.png";
@@ -247,8 +248,10 @@ TEST_CASE("masks and the lists of views are read; a frame of no list is left out
 TEST_CASE("cameras that no pinhole replaces are named, with distortion ignored too")
 {
     for (auto const distorted : {scene::DistortedLens::refused, scene::DistortedLens::ignored})
-        for (auto const& [key, value, is] : {std::tuple{"camera_model", json("EQUIRECTANGULAR"), "an equirectangular"}, {"camera_model", json("ORTHOPHOTO"), "an orthographic"},
-                                             {"equirectangular", json(true), "an equirectangular"}, {"orthographic", json(true), "an orthographic"}}) {
+        for (auto const& [key, value, is] : {std::tuple{"camera_model", json("EQUIRECTANGULAR"), "an equirectangular"},
+                                             {"camera_model", json("ORTHOPHOTO"), "an orthographic"},
+                                             {"equirectangular", json(true), "an equirectangular"},
+                                             {"orthographic", json(true), "an orthographic"}}) {
             auto beside = lens;
             beside[key] = value;
             auto one = frame("b");

@@ -124,7 +124,8 @@ TEST_CASE("map slopes: parameters agree with central differences in double on 20
             compare(errors, scene.gaussians, scene.camera, rules, seed);
         }
         std::string const when = stop == Stop::after_crossing ? "after" : "before";
-        errors.check(when + " crossing, alpha_max " + (alpha_max < 1 ? "0.99" : "1") + (coverage == Coverage::preserved ? ", preserved coverage" : ""));
+        errors.check(when + " crossing, alpha_max " + (alpha_max < 1 ? "0.99" : "1") +
+                     (coverage == Coverage::preserved ? ", preserved coverage" : ""));
     }
 }
 

@@ -37,8 +37,7 @@ inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", 
 inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "sharpness"};
 
 /// The keys beside frames[] that say nothing about the cameras, their lens or their world.
-inline constexpr std::string_view beside_frames_keys[] =
-    {"aabb_scale", "ply_file_path", "sharpness"};
+inline constexpr std::string_view beside_frames_keys[] = {"aabb_scale", "ply_file_path", "sharpness"};
 
 /// The lists beside frames[] that say what frames are for.
 inline constexpr std::string_view split_keys[] = {"train_filenames", "val_filenames", "test_filenames"};

@@ -80,8 +80,8 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
     // coincide. A thousandth of a side: the picture spans 179.8 degrees.
     constexpr double most_px = 16777216.0, least_share = 1e-3;
     auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
-    if (is_share(lens.fx) && is_share(lens.fy) && is_share(lens.cx) && is_share(lens.cy) && lens.width >= 16 &&
-        lens.height >= 16 && lens.fx > 0.0 && lens.fy > 0.0)
+    if (is_share(lens.fx) && is_share(lens.fy) && is_share(lens.cx) && is_share(lens.cy) && lens.width >= 16 && lens.height >= 16 && lens.fx > 0.0 &&
+        lens.fy > 0.0)
         return "fx, fy, cx and cy are below 2: they are shares of the picture's sides, and not pixels";
     struct Axis {
         char const *focal_name, *centre_name;

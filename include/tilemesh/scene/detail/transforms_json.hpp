@@ -83,8 +83,8 @@ public:
     /// Nothing more is needed from further frames.
     bool ended() const { return !unusable_.empty(); }
 
-    void add(CameraField<std::string> const& path, CameraField<std::string> const& mask,
-             CameraField<std::array<double, 16>> const& matrix, TransformsLens&& lens)
+    void add(CameraField<std::string> const& path, CameraField<std::string> const& mask, CameraField<std::array<double, 16>> const& matrix,
+             TransformsLens&& lens)
     {
         auto const name = std::to_string(frames_.size() + 1);
         auto const is = [&](auto const& field, char const* key) {
