@@ -150,6 +150,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 {
     mapping::RefineOptions how;
     how.view.threads = o.threads;
+    how.rules.coverage = o.coverage();
     for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background ? (*o.background)[c] : 0.0f;
     mapping::Refiner<Optimiser> refiner(std::move(map), how);
     float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
@@ -175,7 +176,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
                         rounded(ms / (done + 1)) + " ms a step" + pace.after(done + 1) + "\n");
     }
     auto const after = compare(refiner, views.held_out);
-    auto const bytes = scene::ply_bytes(refiner.map());
+    auto const bytes = scene::ply_bytes(refiner.map(), o.coverage());
     report::write_whole(o.out, bytes);
     if (o.report) {
         Facts const facts{steps, done, refiner.map().gaussians.size(), double{depth}, ms, Optimiser::name, shared::sha256(bytes)};

@@ -1,5 +1,8 @@
 #include "options.hpp"
 #include "../shared/input_rows.hpp"
+#include "../shared/text.hpp"
+#include <filesystem>
+#include <string>
 #include <tilemesh/error.hpp>
 
 namespace refine {
@@ -8,11 +11,14 @@ namespace {
 
 using namespace shared;
 using tilemesh::Error;
+namespace fs = std::filesystem;
 
 constexpr Word optimisers[] = {{"by-kind", Optimiser::by_kind}, {"adam", Optimiser::adam}};
 constexpr Option<Options> rows[] = {
     option<&Options::steps>("steps", "N", "so many steps [20 for each photograph that is not held out]", {1, 100'000'000}),
-    option<&Options::every>("every", "N", "holds out one in N of the sorted names, from the first; they are only compared [8]", {2, 1'000'000}),
+    option<&Options::every>("every", "N",
+                            "holds out one in N of the sorted names, from the first; they are only compared [what the camera file lists, or 8]",
+                            {2, 1'000'000}),
     words<&Options::optimiser>("optimiser", "NAME", "{}: a second moment a kind of parameter, or Adam [by-kind]", optimisers),
     option<&Options::rate>("rate", "X", "times all rates; they fall to a tenth over the run [1]", {1e-6, 1e3})};
 constexpr Option<Options> outputs[] = {option<&Options::out>("out", "FILE", "the refined map, a PLY [refined.ply]"),
@@ -29,7 +35,6 @@ OptionTable table_of(Options& o)
                       true);
     table.takes_words("map", 1, [&o](std::string_view word) { o.map = word; });
     table.add("The map", o, map_rows);
-    table.without("antialias", no_slope);
     table.add("The photographs", o, photograph_rows, photograph_pairings);
     table.says("photos", "the folder of the photographs, PNG or JPEG, named as the cameras");
     table.says("background", "{}: what shows through the map [0,0,0]");
@@ -55,6 +60,10 @@ std::optional<Options> options_of(int argc, char** argv)
     if (o.map.empty()) throw Error("no map is named (there is nothing to refine); name one: refine MAP --cameras FILE --photos DIR");
     if (!o.cameras) throw Error("no cameras are named (photographs need their poses); add --cameras FILE");
     if (!o.photos) throw Error("no photographs are named (a map is refined by them); add --photos DIR");
+    auto const extension = o.out.extension();
+    if (!extension.empty() && extension != ".ply" && extension != ".PLY")
+        throw Error("--out cannot be " + one_line(o.out.string()) + " (the map is written as a PLY, and the name says " +
+                    one_line(extension.string()) + "); write for example --out " + one_line(fs::path(o.out).replace_extension(".ply").string()));
     return o;
 }
 

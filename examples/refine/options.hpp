@@ -13,7 +13,7 @@ struct Options : shared::MapInput, shared::CameraInput, shared::PhotographInput,
     std::filesystem::path map, out = "refined.ply";
     std::optional<std::filesystem::path> report;
     std::optional<std::uint32_t> steps; ///< none: 20 for each picture that is not held out
-    std::uint32_t every = 8;
+    std::optional<std::uint32_t> every; ///< none: 8
     double rate = 1;                    ///< times all rates
     Optimiser optimiser = Optimiser::by_kind;
 };

@@ -1,13 +1,13 @@
 #include "views.hpp"
-#include "../shared/photograph_of.hpp"
+#include "../shared/photographs_of.hpp"
 #include "../shared/picture_input.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
-#include <system_error>
+#include <limits>
+#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>
@@ -23,24 +23,14 @@ using tilemesh::Error;
 
 namespace {
 
-std::string by(scene::Size size)
-{
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
 /// The view of a camera and its photograph.
 View view_of(Options const& options, scene::NamedCamera const& camera, fs::path photograph)
 {
     scene::Size const whole{camera.camera.width, camera.camera.height}, own = shared::picture_size(photograph);
-    auto const fits = [&](std::uint32_t side, std::uint32_t of) { return side == of / options.scale ||
-                                                                 side == (of + options.scale - 1) / options.scale; };
-    bool const reduced = fits(own.width, whole.width) && fits(own.height, whole.height);
-    if (!reduced && (own.width != whole.width || own.height != whole.height))
-        throw Error(shared::one_line(photograph.string()) + " is no photograph of its camera (it has " + by(own) +
-                    " pixels, the camera " + by(whole) +
-                    "); name the photographs of these cameras, or choose another --scale");
+    bool const reduced = shared::is_reduced(photograph, own, whole, options.scale, " is no photograph of its camera");
+    if (!camera.mask.empty()) shared::require_mask(camera.mask, own, whole);
     auto const size = options.size ? *options.size : reduced ? own : scene::reduced(whole, options.scale);
-    return {camera.name, scene::stretched(camera.camera, size), std::move(photograph), own, {}};
+    return {camera.name, scene::stretched(camera.camera, size), std::move(photograph), camera.mask, own, {}};
 }
 
 } // namespace
@@ -50,6 +40,7 @@ tilemesh::mapping::Target View::target() const
     tilemesh::mapping::Target t{camera.width, camera.height, std::vector<tilemesh::splat::TargetPixel>(levels.size() / 3)};
     for (std::size_t i = 0; i < t.pixels.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) t.pixels[i].rgb[c] = static_cast<float>(levels[3 * i + c]) / 255.0f;
+        if (!counts.empty() && !counts[i]) t.pixels[i].rgb[0] = std::numeric_limits<float>::quiet_NaN();
         t.pixels[i].depth = 0;
     }
     return t;
@@ -58,24 +49,26 @@ tilemesh::mapping::Target View::target() const
 Views find_views(Options const& options, scene::Map const& map)
 {
     Views out;
-    auto cameras = shared::load_cameras(options, shared::shape_of(map), options.size, out.notes, out.read);
+    std::vector<std::string> all;
+    auto cameras = shared::load_cameras(options, shared::shape_of(map), options.size, out.notes, out.read, &all);
     std::stable_sort(cameras.begin(), cameras.end(), [](auto const& a, auto const& b) { return a.name < b.name; });
-
-    std::error_code refused;
-    if (!fs::is_directory(*options.photos, refused))
-        throw Error("--photos cannot be " + shared::one_line(options.photos->string()) + " (it is no directory" +
-                    (refused ? ": " + refused.message() : std::string()) + "); name the folder of the photographs");
-    std::vector<View> found;
-    std::map<fs::path, std::string> taken; // photographs, and the cameras that have them
-    for (auto const& camera : cameras) {
-        auto photograph = shared::photograph_of(*options.photos, camera.name);
-        if (photograph.empty()) continue;
-        if (auto const [other, first] = taken.emplace(photograph, camera.name); !first)
-            throw Error(shared::one_line(photograph.string()) + " is not clear (it may be that of \"" +
-                        shared::one_line(other->second, 200) + "\" or of \"" + shared::one_line(camera.name, 200) +
-                        "\"); name the folder above with --photos");
-        out.read.push_back(photograph);
-        found.push_back(view_of(options, camera, std::move(photograph)));
+    std::vector<std::string> names;
+    for (auto const& camera : cameras) names.push_back(camera.name);
+    auto const photographs = shared::photographs_of(*options.photos, names, all);
+    std::vector<scene::NamedCamera> found;
+    std::vector<View> views;
+    std::size_t masks = 0;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        auto const& photograph = photographs[i];
+        bool const repeated = i > 0 && names[i] == names[i - 1] && photograph.found();
+        if (repeated || photograph.others.size() > 1)
+            throw Error(shared::one_line(photograph.path.string()) + " is not clear (" +
+                        (repeated ? "cameras of two scenes have its name" : photograph.why()) + "); name the folder above with --photos");
+        if (!photograph.found()) continue;
+        out.read.push_back(photograph.path);
+        found.push_back(cameras[i]);
+        views.push_back(view_of(options, cameras[i], photograph.path));
+        masks += cameras[i].mask.empty() ? 0u : 1u;
     }
     if (found.size() < 2)
         throw Error("--photos " + shared::one_line(options.photos->string()) + " has " +
@@ -85,7 +78,13 @@ Views find_views(Options const& options, scene::Map const& map)
     if (found.size() < cameras.size())
         out.notes.push_back(std::to_string(cameras.size() - found.size()) + " of " + std::to_string(cameras.size()) +
                             " cameras have no photograph in " + options.photos->string() + ", and are left out");
-    for (std::size_t i = 0; i < found.size(); ++i) (i % options.every == 0 ? out.held_out : out.used).push_back(std::move(found[i]));
+    if (masks != 0) out.notes.push_back(shared::mask_note(masks, found.size()));
+    auto const splits = shared::splits_of(found, options.every.value_or(8), options.every.has_value(), out.notes);
+    for (std::size_t i = 0; i < views.size(); ++i)
+        if (splits[i] != scene::Split::unused) (splits[i] == scene::Split::held_out ? out.held_out : out.used).push_back(std::move(views[i]));
+    if (out.held_out.empty() || out.used.empty())
+        throw Error(std::string("no photograph ") + (out.used.empty() ? "is left to refine by" : "is held out") +
+                    " (the lists of names in the camera file leave none); correct the camera file");
 
     out.read = shared::files_read(options.inputs, options, {options.map}, std::move(out.read));
     return out;
@@ -97,8 +96,10 @@ void read_photographs(Options const& options, std::vector<View>& views)
         auto image = shared::read_picture(view.photograph, view.size, options.background.value_or(std::array<float, 3>{}));
         if (view.size.width != view.camera.width || view.size.height != view.camera.height)
             image = report::resized_as_photograph(image, view.camera.width, view.camera.height);
+        shared::apply_mask(image, view.mask);
+        for (std::size_t i = 0; i < image.rgb.size() && !view.mask.empty(); i += 3) view.counts.push_back(!std::isnan(image.rgb[i]));
         view.levels.reserve(image.rgb.size());
-        for (float const v : image.rgb) view.levels.push_back(static_cast<unsigned char>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255.0f)));
+        for (float const v : image.rgb) view.levels.push_back(static_cast<unsigned char>(std::lround(v > 0.0f ? std::min(v, 1.0f) * 255.0f : 0.0f)));
     }
 }
 

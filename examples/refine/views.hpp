@@ -15,9 +15,10 @@ namespace refine {
 struct View {
     std::string name;
     tilemesh::splat::Camera camera;
-    std::filesystem::path photograph;
+    std::filesystem::path photograph, mask; ///< no mask: all of the photograph counts
     tilemesh::scene::Size size; ///< of the photograph's file
     std::vector<unsigned char> levels;
+    std::vector<bool> counts{}; ///< by pixels; empty: all count
 
     tilemesh::mapping::Target target() const;
 };
@@ -29,11 +30,11 @@ struct Views {
 };
 
 /// Finds the cameras and their photographs; it reads the headers of the photographs alone. A camera without a photograph is left out,
-/// with a note. Throws `tilemesh::Error` for a photograph of another size than its camera's, whole or divided by --scale, and if less
-/// than two photographs are there.
+/// with a note. Throws `tilemesh::Error` for a photograph of another size than its camera's, whole or divided by --scale, for a mask of
+/// another size than its photograph's, and if no photograph would be held out or none be used.
 Views find_views(Options const& options, tilemesh::scene::Map const& map);
 
-/// Reads the photograph of each view.
+/// Reads the photograph of each view, and its mask.
 void read_photographs(Options const& options, std::vector<View>& views);
 
 } // namespace refine

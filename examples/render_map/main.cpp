@@ -255,8 +255,9 @@ int run(Options options)
     auto shape = in_parts ? render_map::ranks::shape_of(map.name) : shared::shape_of(map);
     shape.origin = map.origin;
     std::vector<std::filesystem::path> sized_by;
-    auto shots = render_map::make_shots(options, shape, notes, sized_by);
-    render_map::find_photographs(options, shots);
+    std::vector<std::string> names;
+    auto shots = render_map::make_shots(options, shape, notes, sized_by, names);
+    render_map::find_photographs(options, names, shots, notes);
     options.choice.machine = render_map::machine_for(options, shots, notes);
     render_map::fit_machine(options, shots, gaussians, map.sh_degree, notes);
     render_map::check_sizes(options, shots);

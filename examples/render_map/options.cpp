@@ -293,7 +293,7 @@ Options parse_options(std::span<char const* const> words)
     renderer.channel_slots = result.channel_slots.value_or(0);
     renderer.storage_slots = result.storage_slots.value_or(0);
     renderer.background = result.background;
-    if (result.antialias) renderer.coverage = tilemesh::splat::Coverage::preserved;
+    if (result.antialias) renderer.coverage = result.coverage();
     result.choice.trace = result.trace.has_value();
     if (!table.is_given("threads"))
         result.threads = result.choice.engine == EngineKind::sequential

@@ -1,14 +1,15 @@
 #include "photographs.hpp"
-#include "../shared/photograph_of.hpp"
+#include "../shared/photographs_of.hpp"
 #include "../shared/picture_input.hpp"
 #include "../shared/png.hpp"
 #include "../shared/text.hpp"
 #include "outputs.hpp"
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <map>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,6 +18,7 @@
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/resample.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <utility>
 
 namespace render_map {
 
@@ -49,46 +51,45 @@ report::Comparison compare_with(fs::path const& file, report::Image const& rende
 
 } // namespace
 
-void find_photographs(Options const& options, std::vector<Shot>& shots)
+void find_photographs(Options const& options, std::vector<std::string> const& names, std::vector<Shot>& shots, std::vector<std::string>& notes)
 {
     if (!options.photos) return;
-    std::error_code refused;
-    auto const folder = shared::one_line(options.photos->string());
-    if (!fs::is_directory(*options.photos, refused))
-        throw Error("--photos cannot be " + folder + " (it is no directory" + (refused ? ": " + refused.message() : std::string()) +
-                    "); name the folder of the photographs");
-    std::map<fs::path, std::string> taken; // photographs, and the cameras that have them
-    for (auto& shot : shots) {
-        Photograph photo{shared::photograph_of(*options.photos, shot.picture), "", {}, false};
-        if (photo.path.empty()) {
+    std::vector<std::string> wanted;
+    for (auto const& shot : shots) wanted.push_back(shot.picture);
+    auto const photographs = shared::photographs_of(*options.photos, wanted, names);
+    std::size_t found = 0, masks = 0;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+        auto& shot = shots[i];
+        auto const& of = photographs[i];
+        Photograph photo{of.path, shot.mask, "", {}, of.found()};
+        found += of.path.empty() ? 0u : 1u;
+        if (of.path.empty()) {
             photo.path = *options.photos / fs::path(shot.picture).relative_path();
             photo.problem = shared::one_line(photo.path.string()) + " is not compared (there is no such photograph, nor one of that name with .png or .jpg); "
                             "name the folder that has it with --photos";
-            shot.photograph = photo;
-            continue;
+        } else if (!of.found()) {
+            photo.problem = shared::one_line(of.path.string()) + " is not compared with \"" + shared::one_line(shot.picture, 200) + "\" (" +
+                            of.why() + "); name the folder above with --photos";
+        } else {
+            try {
+                Size const whole{shot.full.width, shot.full.height};
+                photo.size = shared::picture_size(photo.path);
+                if (shared::is_reduced(photo.path, photo.size, whole, options.scale, " is not compared"))
+                    shot.camera = tilemesh::scene::stretched(shot.full, photo.size);
+            } catch (Error const& error) {
+                photo.problem = error.what();
+            }
         }
-        photo.found = true;
-        auto const [camera, first] = taken.emplace(photo.path, shot.picture);
-        try {
-            if (!first && camera->second != shot.picture)
-                throw Error(shared::one_line(photo.path.string()) + " is not compared (it may be that of \"" + shared::one_line(camera->second, 200) + "\" or of \"" +
-                            shared::one_line(shot.picture, 200) + "\"); name the folder above with --photos");
-            Size const whole{shot.full.width, shot.full.height}, wanted{shot.camera.width, shot.camera.height}, own = shared::picture_size(photo.path);
-            auto const fits = [&](std::uint32_t side, std::uint32_t of) { return side == of / options.scale || side == (of + options.scale - 1) / options.scale; };
-            if (fits(own.width, whole.width) && fits(own.height, whole.height)) shot.camera = tilemesh::scene::stretched(shot.full, own);
-            else if (!same(own, whole))
-                throw Error(shared::one_line(photo.path.string()) + " is not compared (it has " + by(own) + " pixels, its camera " + by(whole) +
-                            (options.scale == 1 ? std::string() : ", or reduced " + by(wanted)) +
-                            "); name the photographs of these cameras, or choose another --scale");
-            photo.size = own;
-        } catch (Error const& error) {
-            photo.problem = error.what();
+        if (photo.problem.empty() && !photo.mask.empty()) {
+            shared::require_mask(photo.mask, photo.size, {shot.full.width, shot.full.height});
+            ++masks;
         }
         shot.photograph = photo;
     }
-    if (taken.empty())
-        throw Error("--photos " + folder + " has no photograph of these cameras (the first is \"" + shared::one_line(shots.front().picture, 200) +
-                    "\"); name the folder that has it");
+    if (found == 0)
+        throw Error("--photos " + shared::one_line(options.photos->string()) + " has no photograph of these cameras (the first is \"" +
+                    shared::one_line(shots.front().picture, 200) + "\"); name the folder that has it");
+    if (masks != 0) notes.push_back(shared::mask_note(masks, shots.size()));
 }
 
 std::optional<OtherPicture> read_other(Options const& options, std::vector<Shot> const& shots)
@@ -104,6 +105,8 @@ std::optional<OtherPicture> read_other(Options const& options, std::vector<Shot>
     bool const pfm = magic[0] == 'P' && (magic[1] == 'F' || magic[1] == 'f');
     OtherPicture other{{}, !pfm};
     if (pfm) other.image = report::read_pfm(path);
+    if (!std::all_of(other.image.rgb.begin(), other.image.rgb.end(), [](float value) { return std::isfinite(value); }))
+        throw Error("--compare cannot be " + shared::one_line(path.string()) + " (a value of it is not finite); find what rendered it");
     Size const own = pfm ? Size{other.image.width, other.image.height} : shared::picture_size(path);
     if (!same(own, size))
         throw Error("--compare cannot be " + shared::one_line(path.string()) + " (it has " + by(own) + " pixels, the frame " + by(size) + "); add --size " +
@@ -121,13 +124,14 @@ bool compare_frame(Options const& options, Shot const& shot, std::optional<Other
         frame.photograph = report::Comparison{photo.path.string(), photo.problem, {}, ""};
         if (!photo.problem.empty()) return false;
         try {
-            photograph = OtherPicture{shared::read_picture(photo.path, photo.size, background_of(options)), true};
+            auto image = shared::read_picture(photo.path, photo.size, background_of(options));
+            if (!same(photo.size, {rendered.width, rendered.height})) image = report::resized_as_photograph(image, rendered.width, rendered.height);
+            shared::apply_mask(image, photo.mask);
+            photograph = OtherPicture{std::move(image), true};
         } catch (Error const& error) {
             frame.photograph->problem = error.what();
             return false;
         }
-        auto& image = photograph->image;
-        if (!same(photo.size, {rendered.width, rendered.height})) image = report::resized_as_photograph(image, rendered.width, rendered.height);
         frame.photograph = compare_with(photo.path, rendered, *photograph);
     }
     if (other) frame.compared = compare_with(*options.compare, rendered, *other);

@@ -16,7 +16,7 @@ namespace scene = tilemesh::scene;
 
 /// The cameras before an option moves them.
 std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
-                              std::vector<std::filesystem::path>& sized_by)
+                              std::vector<std::filesystem::path>& sized_by, std::vector<std::string>& names)
 {
     if (!options.cameras) {
         bool const built_in = options.maps.empty();
@@ -29,20 +29,27 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
         return {{"frame_whole", camera}};
     }
     std::vector<Shot> shots;
-    auto chosen = shared::load_cameras(options, map, options.size, notes, sized_by);
+    auto chosen = shared::load_cameras(options, map, options.size, notes, sized_by, &names);
     if (options.every && !options.trajectory) {
         auto const all = chosen.size();
         std::stable_sort(chosen.begin(), chosen.end(), [](auto const& a, auto const& b) { return a.name < b.name; });
+        auto const before = notes.size();
+        auto const splits = shared::splits_of(chosen, *options.every, true, notes);
         std::size_t kept = 0;
-        for (std::size_t i = 0; i < all; i += *options.every) std::swap(chosen[kept++], chosen[i]);
+        for (std::size_t i = 0; i < all; ++i)
+            if (splits[i] == scene::Split::held_out) std::swap(chosen[kept++], chosen[i]);
+        if (kept == 0)
+            throw tilemesh::Error(
+                "no camera is held out (the lists of names in the camera file hold out none that --camera chose); leave --every out");
         chosen.resize(kept);
-        notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +
-                        " of the sorted names, from the first (--every)");
+        if (notes.size() == before)
+            notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +
+                            " of the sorted names, from the first (--every)");
     }
     for (auto& each : chosen) {
         auto const camera = options.size ? scene::resized(each.camera, options.size->width, options.size->height)
                                          : scene::stretched(each.camera, scene::reduced({each.camera.width, each.camera.height}, options.scale));
-        shots.push_back({scene::label(each), camera, {}, each.name, each.camera});
+        shots.push_back({scene::label(each), camera, {}, each.name, each.camera, each.mask});
     }
     return shots;
 }
@@ -50,9 +57,9 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
 } // namespace
 
 std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::vector<std::string>& notes,
-                             std::vector<std::filesystem::path>& sized_by)
+                             std::vector<std::filesystem::path>& sized_by, std::vector<std::string>& names)
 {
-    auto const still = still_shots(options, map, notes, sized_by);
+    auto const still = still_shots(options, map, notes, sized_by, names);
     if (!options.orbit_degrees && !options.trajectory) return still;
 
     auto const& start = still.front();

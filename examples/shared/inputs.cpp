@@ -45,8 +45,7 @@ scene::Map at_degree(scene::Map map, MapInput const& in, std::vector<std::string
 scene::Map load_map(std::optional<fs::path> const& path, MapInput const& in, std::vector<std::string>& notes)
 {
     auto map = load_maps(path ? std::vector{*path} : std::vector<fs::path>{}, in);
-    for (auto const& note : map.notes)
-        notes.push_back(note.find("--antialias") == note.npos ? note : "trained with anti-aliasing, which is not applied: " + std::string(no_slope));
+    notes.insert(notes.end(), map.notes.begin(), map.notes.end());
     return at_degree(std::move(map), in, notes);
 }
 
@@ -72,7 +71,7 @@ void add_notes(std::vector<std::string>& to, fs::path const& file, std::vector<s
 }
 
 std::vector<scene::NamedCamera> load_cameras(CameraInput const& in, MapShape const& map, std::optional<scene::Size> size,
-                                             std::vector<std::string>& notes, std::vector<fs::path>& sized_by)
+                                             std::vector<std::string>& notes, std::vector<fs::path>& sized_by, std::vector<std::string>* names)
 {
     std::vector<std::string> of_file;
     auto const all = scene::load_cameras(*in.cameras, &of_file, in.lens(), size, &sized_by);
@@ -81,8 +80,31 @@ std::vector<scene::NamedCamera> load_cameras(CameraInput const& in, MapShape con
     for (auto& each : chosen) {
         if (in.near_depth) each.camera.near_depth = *in.near_depth;
         else if (!each.names_near) each.camera.near_depth = map.near_plane(each.camera);
+        if (!each.mask.empty()) sized_by.emplace_back(each.mask);
     }
+    for (auto const& each : all)
+        if (names && std::any_of(chosen.begin(), chosen.end(), [&](auto const& c) { return c.scene == each.scene; })) names->push_back(each.name);
     return chosen;
+}
+
+std::vector<scene::Split> splits_of(std::vector<scene::NamedCamera> const& cameras, std::uint32_t every, bool given, std::vector<std::string>& notes)
+{
+    using scene::Split;
+    std::vector<Split> out;
+    std::size_t said = 0, held_out = 0, unused = 0, i = 0;
+    for (auto const& camera : cameras) {
+        auto const split = camera.split != Split::unsaid ? camera.split : i++ % every == 0 ? Split::held_out : Split::training;
+        out.push_back(split);
+        said += camera.split == Split::unsaid ? 0u : 1u;
+        held_out += split == Split::held_out ? 1u : 0u;
+        unused += split == Split::unused ? 1u : 0u;
+    }
+    if (said > unused)
+        notes.push_back(std::to_string(held_out) + " of " + std::to_string(cameras.size()) +
+                        " cameras are held out: train_filenames, test_filenames and val_filenames of the camera file say which" +
+                        (given ? ", and --every does not choose" : ""));
+    if (unused != 0) notes.push_back(std::to_string(unused) + " cameras are in none of the lists of the camera file, and are left out");
+    return out;
 }
 
 namespace {
@@ -121,9 +143,11 @@ std::vector<fs::path> files_read(std::vector<fs::path> const& inputs, CameraInpu
 {
     auto files = inputs;
     files.insert(files.end(), more.begin(), more.end());
-    if (in.cameras && scene::names_colmap(*in.cameras)) {
-        auto const [cameras, images] = scene::colmap_files(*in.cameras);
+    if (auto const found = in.cameras ? scene::found_cameras(*in.cameras) : fs::path(); scene::names_colmap(found)) {
+        auto const [cameras, images] = scene::colmap_files(found);
         files.insert(files.end(), {cameras, images});
+    } else if (in.cameras && found != *in.cameras) {
+        files.push_back(found);
     }
     for (auto const& map : maps)
         for (auto const& file : scene::map_files(map))

@@ -12,6 +12,7 @@
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <vector>
 
 /// What programs read, in groups: maps, cameras, the motion of a camera, recordings with depth, photographs. A program takes a group as a
@@ -24,10 +25,8 @@ struct MapInput {
     std::optional<tilemesh::scene::Turn> turn; ///< of the map, about the origin
     std::uint32_t sh_degree = 3;               ///< the highest degree
     bool antialias = false;
+    tilemesh::splat::Coverage coverage() const { return antialias ? tilemesh::splat::Coverage::preserved : tilemesh::splat::Coverage::of_record; }
 };
-
-/// Why programs that follow slopes do not take --antialias.
-inline constexpr std::string_view no_slope = "opacities would depend on the sizes of splats in pixels, and no slope says how";
 
 /// Loads the maps, joined and turned; without a path, the built-in one. Far means are moved (`scene::FarMeans::moved`).
 tilemesh::scene::Map load_maps(std::vector<std::filesystem::path> const& paths, MapInput const& in);
@@ -71,9 +70,16 @@ MapShape shape_of(tilemesh::scene::Map const& map);
 std::string camera_names(CameraInput const& in);
 
 /// The cameras of --cameras and --camera, in the coordinates of the map, with their near planes, in their own sizes; at least one. Notes of
-/// the reader go to `notes`, and the pictures from which it took sizes to `sized_by`. `size`: of cameras whose file says none.
+/// the reader go to `notes`; the pictures from which it took sizes, and the masks, go to `sized_by`. `size`: of cameras whose file says none.
+/// `all`, if it is not null, gets the names of all cameras of the same scenes.
 std::vector<tilemesh::scene::NamedCamera> load_cameras(CameraInput const& in, MapShape const& map, std::optional<tilemesh::scene::Size> size,
-                                                       std::vector<std::string>& notes, std::vector<std::filesystem::path>& sized_by);
+                                                       std::vector<std::string>& notes, std::vector<std::filesystem::path>& sized_by,
+                                                       std::vector<std::string>* all = nullptr);
+
+/// What each of these cameras, in the order of their names, is for: its file says so, or else one in `every` is held out, from the first. A
+/// note says that the file decides; `given`: --every is on the command line, and does nothing then.
+std::vector<tilemesh::scene::Split> splits_of(std::vector<tilemesh::scene::NamedCamera> const& cameras, std::uint32_t every, bool given,
+                                              std::vector<std::string>& notes);
 
 /// The camera without a file: of --from, --look, --up and --fov, or one that shows all of the map. `built_in`: the map has a camera of its
 /// own.

@@ -116,6 +116,8 @@ tilemesh::scene::Size picture_size(fs::path const& path)
                             ", and a picture " + std::to_string(most_pixels) + "); write it smaller");
             fail("its header cannot be read, or is of no picture: " + pixels);
         }
+        if (read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()), 23) == "version https://git-lfs")
+            throw Error(path.string() + " is a pointer of git LFS (the picture itself is not here); run git lfs pull");
         if (read > 1 && begin[0] == 0xff && begin[1] >= 0xd8) fail(std::string("its header cannot be read: ") + stbi_failure_reason());
         throw Error(path.string() + " is not a picture that is read (it is neither PNG nor JPEG); convert it to one of them");
     }

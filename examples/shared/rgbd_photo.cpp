@@ -1,4 +1,5 @@
 #include "rgbd_photo.hpp"
+#include "photographs_of.hpp"
 #include "picture_input.hpp"
 #include <array>
 #include <cerrno>
@@ -52,6 +53,7 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
     };
     require_size(frame.colour.file);
     RgbdPhoto out{read_picture(frame.colour.file, size, {}), {}};
+    apply_mask(out.colour, frame.mask);
     if (frame.depth.file.empty()) return out;
     require_size(frame.depth.file);
     if (!is_grey_of_16_bits(frame.depth.file, or_else))
@@ -59,7 +61,8 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
     auto const picture = read_picture(frame.depth.file, size, {});
     out.depth = report::Plane(size.width, size.height);
     for (std::size_t i = 0; i < out.depth.values.size(); ++i)
-        out.depth.values[i] = static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
+        out.depth.values[i] =
+            std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
     return out;
 }
 

@@ -1,5 +1,11 @@
 #include "sequence_options.hpp"
 #include "input_rows.hpp"
+#include "photographs_of.hpp"
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <system_error>
+#include <tilemesh/scene/camera_json.hpp>
 #include <utility>
 
 namespace shared {
@@ -12,7 +18,6 @@ constexpr Option<SequenceOptions> result_rows[] = {option<&SequenceOptions::out>
 void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size, std::string_view out)
 {
     table.add("The map", o, map_rows);
-    table.without("antialias", no_slope);
     table.add("The camera", o, camera_rows, camera_pairings);
     table.says("cameras", "a camera file, for the lens and the first pose");
     table.says("camera", "the camera of that file");
@@ -31,6 +36,32 @@ void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size,
     table.pair({{Pairing::excludes, "photos", "size", "--size is for rendered pictures, and --photos has its own"}});
 }
 
+void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector<tilemesh::scene::RgbdFrame>& photos, std::vector<std::string>& notes)
+{
+    if (!o.cameras || photos.empty()) return;
+    std::vector<std::string> names;
+    std::vector<std::filesystem::path> masks;
+    for (auto const& camera : tilemesh::scene::load_cameras(*o.cameras, nullptr, o.lens(), size)) {
+        names.push_back(camera.name);
+        masks.emplace_back(camera.mask);
+    }
+    if (std::all_of(masks.begin(), masks.end(), [](auto const& mask) { return mask.empty(); })) return;
+    auto const folder = photos.front().colour.file.parent_path();
+    auto const pictures = photographs_of(folder.empty() ? "." : folder, names, names);
+    std::error_code ignored;
+    std::map<std::filesystem::path, std::filesystem::path> mask_of;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (!masks[i].empty() && pictures[i].found()) mask_of.emplace(std::filesystem::weakly_canonical(pictures[i].path, ignored), masks[i]);
+    std::size_t found = 0;
+    for (auto& frame : photos) {
+        auto const mask = mask_of.find(std::filesystem::weakly_canonical(frame.colour.file, ignored));
+        if (mask == mask_of.end()) continue;
+        require_mask(frame.mask = mask->second, size, size);
+        ++found;
+    }
+    notes.push_back(found != 0 ? mask_note(found, photos.size()) : o.cameras->filename().string() + ": its masks belong to no picture of --photos");
+}
+
 std::vector<std::filesystem::path> files_read(SequenceOptions const& o, std::vector<std::optional<std::filesystem::path>> const& maps,
                                               std::vector<tilemesh::scene::RgbdFrame> const& photos,
                                               std::vector<std::filesystem::path> sized_by)
@@ -41,6 +72,7 @@ std::vector<std::filesystem::path> files_read(SequenceOptions const& o, std::vec
     for (auto const& frame : photos) {
         files.push_back(frame.colour.file);
         if (!frame.depth.file.empty()) files.push_back(frame.depth.file);
+        if (!frame.mask.empty()) files.push_back(frame.mask);
     }
     std::vector<std::filesystem::path> named;
     for (auto const& map : maps)

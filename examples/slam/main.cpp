@@ -199,7 +199,7 @@ template <class View>
 void write_all(Options const& o, slam::Session& session, Outcome const& out, Facts const& facts,
                slam_program::Growth const* growth, View const& view, Printer& printer)
 {
-    auto const bytes = scene::ply_bytes(session.map());
+    auto const bytes = scene::ply_bytes(session.map(), o.coverage());
     report::write_whole(o.out / "map.ply", bytes);
     std::vector<scene::StampedPose> estimated;
     std::vector<bool> is_lost;
@@ -319,6 +319,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.mapper.insert.cell = o.cell;
     how.mapper.threads = o.threads;
     how.mapper.stop = [] { return shared::interrupt() != 0; };
+    how.mapper.coverage = o.coverage();
     // Far motions are many pixels of a large picture: there, forward mode lost 4 of 30 frames, and hybrid none (README.md).
     how.tracker.method = o.method.value_or(lens.width < 320 ? track::Method::forward : track::Method::hybrid);
     how.keyframe_every = o.keyframe_every;
@@ -399,6 +400,7 @@ int run(Options const& o)
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
+    shared::add_masks(o, size, list, notes);
     auto const read = shared::files_read(o, {o.render, o.map}, list, first.sized_by);
     slam_program::prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
@@ -422,7 +424,7 @@ int run(Options const& o)
         };
         return map_all(o, source, std::move(map), lens, source.truth(0).value_or(scene::pose_of(camera)), view, checkpoint, printer);
     }
-    slam::Mapper true_map(std::move(world), 1, {.threads = o.threads}); // it renders
+    slam::Mapper true_map(std::move(world), 1, {.threads = o.threads, .coverage = o.coverage()}); // it renders
     auto const seen_from = [&](splat::Camera const& at) {
         auto seen = true_map.render(at);
         return shared::RgbdPhoto{std::move(seen.colour), std::move(seen.depth)};

@@ -201,6 +201,7 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
     double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
+    evaluate.rules().coverage = o.coverage();
     auto& settings = evaluate.options();
     settings.with_depth = o.depth;
     settings.with_exposure = o.photos || o.noise > 0.0;
@@ -258,13 +259,14 @@ int run(Options const& o)
     auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
     if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
         notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
+    shared::add_masks(o, size, list, notes);
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.step();
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);
     track_camera::prepare_outputs(o, shared::files_read(o, {o.map}, list, first.sized_by), static_cast<std::size_t>(frames));
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     printer.say(shared::lens_line(lens));
 
-    tilemesh::Renderer renderer{map, splat::with_planes(splat::lossless, true, true), {.threads = o.threads}};
+    tilemesh::Renderer renderer{map, splat::with_planes(splat::lossless, true, true), {.threads = o.threads, .coverage = o.coverage()}};
     if (o.photos) {
         shared::Photos const source{o, std::move(list), std::move(poses), size};
         return track_all(o, source, renderer, map, lens, size, source.truth(0).value_or(scene::pose_of(camera)), printer);

@@ -33,6 +33,8 @@ inline bool usable(Camera const& c, bool& close)
         }
     double const turn = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
                         r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
+    auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
+    if (is_share(c.fx) && is_share(c.fy) && is_share(c.cx) && is_share(c.cy) && c.width >= 16 && c.height >= 16) return false;
     return turn > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 &&
            c.fy > 0.0 && c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 &&
            static_cast<float>(c.near) > 0.0f;
@@ -162,13 +164,18 @@ private:
         std::set<std::string> names;
         static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
                                                      "is_fisheye", "colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
+        auto const is_text = [](nlohmann::json const& value) { return value.is_string(); };
         for (auto const& item : file.items())
-            if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "aabb_scale", "ply_file_path",
-                                       "train_filenames", "val_filenames", "test_filenames", "sharpness"}.count(item.key()) &&
-                !is_distortion_key(item.key()))
+            if (std::set<std::string>{"train_filenames", "val_filenames", "test_filenames"}.count(item.key()) != 0) {
+                if (!item.value().is_array() || !std::all_of(item.value().begin(), item.value().end(), is_text)) unread_of_file.insert(item.key());
+            } else if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye",
+                                              "aabb_scale", "ply_file_path", "sharpness"}
+                            .count(item.key()) &&
+                       !is_distortion_key(item.key()))
                 unread_of_file.insert(item.key());
         for (auto const& frame : file["frames"]) {
             if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};
+            if (frame.contains("mask_path") && !text_of(frame, "mask_path")) return {};
             for (auto const& item : frame.items())
                 if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
             auto const value = [&](std::string const& key) -> nlohmann::json const* {

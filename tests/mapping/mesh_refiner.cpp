@@ -424,8 +424,6 @@ TEST_CASE("mapping step: what does not fit is refused with a line")
     CHECK(with([](auto&, auto&) {}).empty());
     CHECK(with([](auto&, auto& o) { o.refine.view.tile = {24, 20}; }) ==
           "tiles cannot have 24 x 20 pixels (sums are rounded by blocks of 16 x 5); take multiples of these");
-    CHECK(with([](auto&, auto& o) { o.refine.rules.coverage = splat::Coverage::preserved; })
-              .find("a map that is shown with preserved coverage cannot be refined") == 0);
     CHECK(with([](auto& map, auto&) { map.sh_degree = 1; }).find("a map with harmonics of degree 1 cannot be refined on a mesh") == 0);
     CHECK(with([](auto& map, auto&) { map.gaussians[4].id = map.gaussians[0].id; }) ==
           "two Gaussians of the map have the id 1 (ids decide the order of equal depths); give each its own");

@@ -381,8 +381,6 @@ TEST_CASE("refiner: what it cannot do, it refuses with a line")
     CHECK(with([](auto& o) { o.view.threads = 0; }) == "no thread cannot add up a view (threads is 0); take 1 or more");
     CHECK(with([](auto& o) { o.view.loss.depth = -1; }).find("a weight or width of the loss is -1") == 0);
     CHECK(with([](auto& o) { o.view.loss.limit = 0; }).find("the limit of slopes is 0") == 0);
-    CHECK(with([](auto& o) { o.rules.coverage = splat::Coverage::preserved; })
-              .find("a map that is shown with preserved coverage cannot be refined") == 0);
     mapping::Refiner<> r(map);
     CHECK(tests::error_of([&] { r.measure(support::lens(40, 30), mapping::Target{40, 31, {}}); }) ==
           "a target of 40 x 31 pixels is no picture of this camera (it has 40 x 30); give pictures of the camera's size");

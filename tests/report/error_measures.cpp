@@ -285,6 +285,25 @@ TEST_CASE("pictures with known PSNR, SSIM and L1")
     CHECK(equal.largest_at == std::array<std::uint32_t, 2>{0, 0});
 }
 
+TEST_CASE("a pixel that a mask leaves out does not count")
+{
+    auto a = flat(30, 20, 0.5f), b = flat(30, 20, 0.75f), masked = b;
+    for (std::uint32_t y = 0; y < 20; ++y)
+        for (std::uint32_t x = 0; x < 30; ++x)
+            if (x < 10) std::fill_n(masked.pixel(x, y), 3, std::numeric_limits<float>::quiet_NaN());
+    for (std::uint32_t y = 0; y < 20; ++y) a.pixel(3, y)[0] = 9.0f; // a blot under the mask
+    auto const measures = tilemesh::report::compare_pictures(a, masked);
+    CHECK(near(measures.l1, 0.25, 1e-12));
+    CHECK(near(measures.psnr_db, -20 * std::log10(0.25), 1e-12));
+    CHECK(measures.largest == 0.25);
+    CHECK(measures.largest_at == std::array<std::uint32_t, 2>{10, 0});
+    CHECK(measures.ssim > 0.85);
+    CHECK(measures.ssim < 1);
+    CHECK(tilemesh::report::error_picture(a, masked).pixel(3, 4)[0] == 0.0f);
+    for (auto& value : masked.rgb) value = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH_AS(tilemesh::report::compare_pictures(a, masked), doctest::Contains("no pixel of the reference counts"), tilemesh::Error);
+}
+
 TEST_CASE("the largest difference is that of a channel, and the first of equals")
 {
     auto a = flat(5, 4, 0.25f), b = a;

@@ -128,6 +128,8 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
         for (double const value : {0.0, -1.0})
             CHECK(says(refusal([&](json& c) { c[key] = value; }), (std::string(key) + " is not positive").c_str()));
     CHECK(says(refusal([](json& c) { c["near"] = 1e-60; }), "near is not positive"));
+    CHECK(says(refusal([](json& c) { c["fx"] = 0.9, c["fy"] = 1.2, c["cx"] = c["cy"] = 0.5; }),
+               "they are shares of the picture's sides, and not pixels"));
     for (double const value : {1e-60, 1e-30, 0.47})
         CHECK(says(refusal([&](json& c) { c["fy"] = value; }), "fy is below a thousandth of the picture's side"));
     CHECK(refusal([](json& c) { c["fy"] = 0.48; }).empty());

@@ -4,6 +4,7 @@
 #include "support.hpp"
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
+#include <tilemesh/scene/pose.hpp>
 
 using namespace scene_test;
 using tilemesh::scene::Codecs;
@@ -181,6 +182,93 @@ TEST_CASE("SPZ: bit for bit what its reference reader gives, in all versions, wi
     packed.version = 2;
     packed.flags = 0;
     CHECK(notes_have(read(packed.plain()), "bytes after the last row skipped"));
+}
+
+/// The harmonics of degree 1 to 3 in a unit direction, as 3DGS has them.
+std::array<double, 15> harmonics_in(double const (&d)[3])
+{
+    double const pi = 3.14159265358979323846, x = d[0], y = d[1], z = d[2], a = std::sqrt(3 / (4 * pi)), b = std::sqrt(15 / pi) / 2,
+                 c = std::sqrt(5 / pi) / 4, e = std::sqrt(35 / (2 * pi)) / 4, f = std::sqrt(105 / pi) / 2, g = std::sqrt(21 / (2 * pi)) / 4,
+                 h = std::sqrt(7 / pi) / 4;
+    return {-a * y,
+            a * z,
+            -a * x,
+            b * x * y,
+            -b * y * z,
+            c * (2 * z * z - x * x - y * y),
+            -b * x * z,
+            b / 2 * (x * x - y * y),
+            -e * y * (3 * x * x - y * y),
+            f * x * y * z,
+            -g * y * (4 * z * z - x * x - y * y),
+            h * z * (2 * z * z - 3 * x * x - 3 * y * y),
+            -g * x * (4 * z * z - x * x - y * y),
+            f / 2 * z * (x * x - y * y),
+            -e * x * (x * x - 3 * y * y)};
+}
+
+TEST_CASE("SPZ: the extension of a coordinate system turns and mirrors means, rotations and harmonics, in every version")
+{
+    // A map in each of the 16 systems is a map with the same bytes, read as right up back, whose axes are moved: the picture of any point and
+    // direction says so.
+    char const* const systems[] = {"LDB", "RDB", "LUB", "RUB", "LDF", "RDF", "LUF", "RUF", "LFD", "RFD", "LFU", "RFU", "LBD", "RBD", "LBU", "RBU"};
+    Numbers numbers(11);
+    for (std::uint32_t version = 1; version <= 4; ++version)
+        for (std::uint32_t system = 1; system <= 16; ++system) {
+            CAPTURE(version);
+            CAPTURE(system);
+            auto packed = PackedSpz::random(9, version, 3, numbers);
+            auto const plain = read(packed.bytes({}));
+            packed.flags = 2;
+            for (std::uint32_t word : {0xadbe0002u, 12u, 1u, 2u, 3u, 0xadbe0003u, 4u, system}) put_little(packed.after, word, 4);
+            auto const map = read(packed.bytes({}));
+            CHECK(notes_have(map, "an extension says that its axes are "));
+            CHECK(notes_have(map, "extensions skipped"));
+            REQUIRE(map.gaussians.size() == plain.gaussians.size());
+            double m[3][3] = {}; // from right, down, front as `plain` has them (x right, y down, z front of RUB)
+            for (int axis = 0; axis < 3; ++axis) {
+                char const letter = systems[system - 1][axis];
+                int const row = letter == 'L' || letter == 'R' ? 0 : letter == 'U' || letter == 'D' ? 1 : 2;
+                double const sign = letter == 'R' || letter == 'D' || letter == 'F' ? 1 : -1,
+                             stored = axis == 0 ? 1 : -1; // y and z of `plain` are turned
+                m[row][axis] = sign * stored;
+            }
+            for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
+                auto const &a = plain.gaussians[i], &b = map.gaussians[i];
+                auto const ra = tilemesh::scene::rotation_matrix(a.rotation[0], a.rotation[1], a.rotation[2], a.rotation[3]);
+                auto const rb = tilemesh::scene::rotation_matrix(b.rotation[0], b.rotation[1], b.rotation[2], b.rotation[3]);
+                for (int row = 0; row < 3; ++row) {
+                    double mean = 0;
+                    for (int k = 0; k < 3; ++k) mean += m[row][k] * double{a.mean_world[k]};
+                    CHECK(double{b.mean_world[row]} == mean);
+                    for (int column = 0; column < 3; ++column) { // R S^2 R^T, with the scales of the first
+                        double mine = 0, moved = 0;
+                        for (int k = 0; k < 3; ++k) {
+                            double const s = k + 1.0;
+                            mine += rb[k][row] * s * rb[k][column];
+                            for (int p = 0; p < 3; ++p)
+                                for (int q = 0; q < 3; ++q) moved += m[row][p] * ra[k][p] * s * ra[k][q] * m[column][q];
+                        }
+                        CHECK(mine == doctest::Approx(moved).epsilon(1e-5).scale(1));
+                    }
+                }
+                double const d[3] = {0.48, -0.6, 0.64};
+                double moved[3] = {};
+                for (int row = 0; row < 3; ++row)
+                    for (int k = 0; k < 3; ++k) moved[row] += m[row][k] * d[k];
+                auto const before = harmonics_in(d), after = harmonics_in(moved);
+                double one = 0, two = 0;
+                for (std::size_t k = 0; k < 15; ++k) {
+                    one += before[k] * double{plain.harmonics[45 * i + 3 * k]};
+                    two += after[k] * double{map.harmonics[45 * i + 3 * k]};
+                }
+                CHECK(two == doctest::Approx(one).epsilon(1e-5).scale(1));
+            }
+        }
+    auto packed = PackedSpz::random(1, 4, 0, numbers);
+    packed.flags = 2;
+    for (std::uint32_t word : {0xadbe0003u, 4u, 17u}) put_little(packed.after, word, 4);
+    CHECK(has(error_of([&] { read(packed.bytes({})); }), "none of the 16 of SPZ"));
 }
 
 TEST_CASE("SOG: bit for bit what its reference reader gives, in both versions, as an archive and as a folder")

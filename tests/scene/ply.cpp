@@ -1,6 +1,8 @@
 // test: needs data
 #include "ply_writer.hpp"
 #include "support.hpp"
+#include <sstream>
+#include <tilemesh/scene/map_file.hpp>
 
 using namespace scene_test;
 using tilemesh::scene::load_ply;
@@ -289,6 +291,27 @@ TEST_CASE("a body that is too short is refused, for any promise of the header")
         ply.count = count;
         CHECK(has(refusal(ply.bytes()), "not a whole number"));
     }
+}
+
+TEST_CASE("opacities and scales that may be linear are noted, from 16 rows on")
+{
+    auto const notes = [](int rows, char const* opacity, char const* scale) {
+        std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(rows) + "\n";
+        for (char const* name :
+             {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+            text += std::string("property float ") + name + "\n";
+        text += "end_header\n";
+        for (int i = 0; i < rows; ++i)
+            text += "0 0 3 1 1 1 " + std::string(i == 3 ? opacity : "0.5") + " " + (i == 4 ? scale : "0.1") + " 0.2 0.3 1 0 0 0\n";
+        std::istringstream stream(text);
+        std::string all;
+        for (auto const& note : tilemesh::scene::read_map(stream, "a.ply").notes) all += note.substr(0, 13) + ";";
+        return all;
+    };
+    CHECK(notes(16, "1", "0.1") == "all opacities;all scales ar;");
+    CHECK(notes(16, "1.5", "0.1") == "all scales ar;");
+    CHECK(notes(16, "0", "-3") == "all opacities;");
+    CHECK(notes(15, "1", "0.1").empty());
 }
 
 TEST_CASE("a path that is not a PLY file is refused with its reason")

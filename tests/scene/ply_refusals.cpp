@@ -2,7 +2,10 @@
 #include "ply_writer.hpp"
 #include "support.hpp"
 #include <istream>
+#include <sstream>
 #include <sys/stat.h>
+#include <tilemesh/scene/map_file.hpp>
+#include <tuple>
 
 using namespace scene_test;
 using tilemesh::scene::load_ply;
@@ -112,6 +115,25 @@ TEST_CASE("other formats of maps are refused by name, with advice")
         auto const text = refusal(bytes, name);
         CHECK(has(text, part));
         CHECK(has(text, "uncompressed PLY"));
+    }
+    for (auto const& [name, text, part] : {std::tuple{"a.glb", "glTF\2", "is a binary glTF scene"},
+                                           {"a.npz", "PK\3\4", "is a NumPy archive"},
+                                           {"a.pt", "PK\3\4", "is a PyTorch checkpoint"},
+                                           {"a.ckpt", "PK\3\4", "is a PyTorch checkpoint"},
+                                           {"a.npy", "\x93NUMPY", "is a NumPy array"},
+                                           {"a.rad", "??", "is a RAD map"},
+                                           {"a.lcc", "{}", "is an LCC map"}}) {
+        CHECK(has(refusal(text, name), part));
+        std::istringstream stream(text);
+        CHECK(has(error_of([&, n = name] { tilemesh::scene::read_map(stream, n); }), part));
+        CHECK(has(refusal(text, name), "uncompressed PLY"));
+    }
+    for (char const* name : {"a.ply", "a.spz", "a.splat", "a.sog"}) {
+        for (auto const& [text, part] : {std::pair{"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "run git lfs pull"},
+                                         {"<!DOCTYPE html>\n<html>", "is a web page"}}) {
+            std::istringstream stream(text);
+            CHECK(has(error_of([&, n = name] { tilemesh::scene::read_map(stream, n); }), part));
+        }
     }
     CHECK(has(refusal(bytes, "a.zip"), "unpack it"));
     CHECK(has(refusal(bytes, "a.bin"), "does not begin with \"ply\""));

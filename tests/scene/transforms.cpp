@@ -129,7 +129,7 @@ TEST_CASE("coefficients of 0 are a pinhole; others, and fisheyes, are refused or
     for (char const* model : {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "FULL_OPENCV", "RADIAL", "SIMPLE_RADIAL", "perspective"})
         CHECK(refusal(of_frame({{"camera_model", model}, {"k1", 0}, {"k2", 0.0}, {"p1", -0.0}, {"is_fisheye", false}})).empty());
     for (json const& more : {json{{"k1", 1e-9}}, json{{"p2", -0.1}}, json{{"camera_model", "OPENCV_FISHEYE"}}, json{{"is_fisheye", true}},
-                             json{{"camera_model", "EQUIRECTANGULAR"}}, json{{"camera_model", "OPENCV"}, {"k4", 0.5}}}) {
+                             json{{"camera_model", "FISHEYE624"}}, json{{"camera_model", "OPENCV"}, {"k4", 0.5}}}) {
         CAPTURE(more.dump());
         CHECK(has(refusal(of_frame(more)), "t.json frame bent has a lens with distortion ("));
         CHECK(has(refusal(of_frame(more)), "colmap image_undistorter"));
@@ -209,6 +209,60 @@ TEST_CASE("keys of frames that are not read are named, except those that say not
     file["ply_file_path"] = "points.ply";
     read(file.dump(), &notes);
     CHECK(notes == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
+}
+
+TEST_CASE("masks and the lists of views are read; a frame of no list is left out, and a name of no frame is noted")
+{
+    using scene::Split;
+    auto const splits = [](json const& lists, std::vector<std::string>* notes = nullptr) {
+        auto file = file_of({frame("a"), frame("./b"), frame("c\\d"), frame("e")});
+        file.update(lists);
+        std::vector<Split> out;
+        for (auto const& camera : read(file.dump(), notes)) out.push_back(camera.split);
+        return out;
+    };
+    auto const u = Split::unsaid, t = Split::training, h = Split::held_out, n = Split::unused;
+    std::vector<std::string> notes;
+    CHECK(splits(json::object()) == std::vector{u, u, u, u});
+    CHECK(splits({{"train_filenames", {"a", "b"}}, {"test_filenames", {"c/d"}}}) == std::vector{t, t, h, n});
+    CHECK(splits({{"train_filenames", {"a", "b"}}, {"val_filenames", {".\\b", "e"}}}) == std::vector{t, h, n, h});
+    CHECK(splits({{"train_filenames", {"a", "b"}}}) == std::vector{t, t, h, h});
+    CHECK(splits({{"val_filenames", {"e"}}, {"test_filenames", {"e", "c/d"}}}, &notes) == std::vector{t, t, h, h});
+    CHECK(splits({{"train_filenames", {"a", "b", "c/d", "e"}}, {"test_filenames", json::array()}}) == std::vector{u, u, u, u});
+    CHECK(notes.empty());
+    CHECK(splits({{"test_filenames", {"e", "f"}}}, &notes) == std::vector{t, t, t, h});
+    CHECK(notes == std::vector<std::string>{"1 of 2 names in train_filenames, test_filenames and val_filenames are of no frame"});
+    notes.clear();
+    CHECK(splits({{"test_filenames", 3}, {"train_filenames", {"a", 4}}}, &notes) == std::vector{t, h, h, h});
+    CHECK(notes ==
+          std::vector<std::string>{"the file has \"test_filenames\", which is not read", "the file has \"train_filenames\", which is not read"});
+
+    auto masked = frame("b");
+    masked["mask_path"] = ".\\masks\\b.png";
+    auto const cameras = read(file_of({frame("a"), masked}).dump());
+    CHECK(cameras[0].mask.empty());
+    CHECK(cameras[1].mask == "masks/b.png");
+    CHECK(has(refusal_of_second([](json& f) { f["mask_path"] = 3; }), "\"mask_path\" is not a string"));
+}
+
+TEST_CASE("cameras that no pinhole replaces are named, with distortion ignored too")
+{
+    for (auto const distorted : {scene::DistortedLens::refused, scene::DistortedLens::ignored})
+        for (auto const& [key, value, is] : {std::tuple{"camera_model", json("EQUIRECTANGULAR"), "an equirectangular"},
+                                             {"camera_model", json("ORTHOPHOTO"), "an orthographic"},
+                                             {"equirectangular", json(true), "an equirectangular"},
+                                             {"orthographic", json(true), "an orthographic"}}) {
+            auto beside = lens;
+            beside[key] = value;
+            auto one = frame("b");
+            one[key] = value;
+            auto const of = [&, d = distorted](json const& file) { return error_of([&] { read(file.dump(), nullptr, d); }); };
+            CHECK(has(of(file_of({frame("a")}, beside)), std::string("t.json frame a has ") + is + " camera (its camera model is "));
+            CHECK(has(of(file_of({frame("a"), one})), std::string("t.json frame b has ") + is));
+        }
+    auto beside = lens;
+    beside["orthographic"] = false;
+    CHECK(refusal(file_of({frame("a")}, beside)).empty());
 }
 
 TEST_CASE("keys beside the frames that are not read are named, except those that say nothing about the cameras")

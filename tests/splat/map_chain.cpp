@@ -5,6 +5,7 @@
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/map/loss.hpp>
+#include <tuple>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -47,7 +48,7 @@ struct Errors {
 };
 
 /// The slopes of Gaussian i by Richardson's extrapolation of central differences.
-std::array<double, map::parameters> differences(reference::Frame const& f, reference::Camera const& c, double dilation,
+std::array<double, map::parameters> differences(reference::Frame const& f, reference::Camera const& c, Rules const& rules,
                                                 reference::Linear const& slopes, std::uint32_t i)
 {
     auto const& s = f.splats[i];
@@ -71,7 +72,7 @@ std::array<double, map::parameters> differences(reference::Frame const& f, refer
                 auto moved = g;
                 moved[k] += side == 1 ? h : -h;
                 reference::Splat other;
-                reference::project(moved, c, dilation, other);
+                reference::project(moved, c, rules, other);
                 for (auto const pixel : touched)
                     value[side] += reference::loss_of(f, pixel, double(pixel % c.width) + 0.5 - c.cx,
                                                       double(pixel / c.width) + 0.5 - c.cy, slopes[pixel], i, other);
@@ -101,7 +102,7 @@ void compare(Errors& errors, std::vector<Gaussian> const& gaussians, Camera cons
         REQUIRE(map::chain_rule<D>(reference::words_of(g), view, moments[i], one));
         mine.emplace_back();
         std::copy_n(one.of, map::parameters, mine.back().begin());
-        truth.push_back(differences(f, c, rules.dilation, slopes, static_cast<std::uint32_t>(i)));
+        truth.push_back(differences(f, c, rules, slopes, static_cast<std::uint32_t>(i)));
     }
     errors.add(mine, truth);
 }
@@ -109,18 +110,22 @@ void compare(Errors& errors, std::vector<Gaussian> const& gaussians, Camera cons
 
 TEST_CASE("map slopes: parameters agree with central differences in double on 200 stiff scenes, with frozen sets")
 {
-    for (auto const& [alpha_max, stop] : {std::pair{0.99f, Stop::after_crossing}, {1.0f, Stop::after_crossing},
-                                          {0.99f, Stop::before_crossing}}) {
+    using Case = std::tuple<float, Stop, Coverage>;
+    for (auto const& [alpha_max, stop, coverage] :
+         {Case{0.99f, Stop::after_crossing, Coverage::of_record}, Case{1.0f, Stop::after_crossing, Coverage::of_record},
+          Case{0.99f, Stop::before_crossing, Coverage::of_record}, Case{0.99f, Stop::after_crossing, Coverage::preserved}}) {
         Rules rules;
         rules.alpha_max = alpha_max;
         rules.stop = stop;
+        rules.coverage = coverage;
         Errors errors;
         for (std::uint64_t seed = 0; seed < (support::fast() ? 6u : 67u); ++seed) {
             auto const scene = reference::stiff_scene(seed);
             compare(errors, scene.gaussians, scene.camera, rules, seed);
         }
         std::string const when = stop == Stop::after_crossing ? "after" : "before";
-        errors.check(when + " crossing, alpha_max " + (alpha_max < 1 ? "0.99" : "1"));
+        errors.check(when + " crossing, alpha_max " + (alpha_max < 1 ? "0.99" : "1") +
+                     (coverage == Coverage::preserved ? ", preserved coverage" : ""));
     }
 }
 

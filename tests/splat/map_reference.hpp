@@ -34,8 +34,9 @@ struct Splat {
         return opacity * std::exp(-0.5 * (c * dx * dx - 2 * b * dx * dy + a * dy * dy) / d);
     }
 };
-inline bool project(Parameters const& g, Camera const& c, double dilation, Splat& s)
+inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m, Splat& s)
 {
+    double const dilation = m.dilation;
     double p[3], v[2][3];
     for (int i = 0; i < 3; ++i) {
         p[i] = 0;
@@ -65,6 +66,8 @@ inline bool project(Parameters const& g, Camera const& c, double dilation, Splat
     s.a = a + dilation, s.c = cc + dilation;
     s.u = c.fx * p[0] / p[2], s.v = c.fy * p[1] / p[2], s.z = p[2];
     s.opacity = 1 / (1 + std::exp(-g[10]));
+    if (m.coverage == splat::Coverage::preserved)
+        s.opacity *= std::sqrt(std::max(double{0.000025f}, (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / s.d));
     for (std::size_t i = 0; i < 3; ++i) s.colour[i] = g[11 + i];
     return true;
 }
@@ -96,12 +99,12 @@ inline Frame frozen(std::vector<splat::Gaussian> const& gaussians, Camera const&
     std::vector<std::pair<double, Parameters>> seen;
     Splat s;
     for (auto const& g : gaussians)
-        if (auto const p = parameters_of(g); project(p, c, m.dilation, s) && s.opacity >= double{m.alpha_min}) seen.emplace_back(s.z, p);
+        if (auto const p = parameters_of(g); project(p, c, m, s) && s.opacity >= double{m.alpha_min}) seen.emplace_back(s.z, p);
     std::stable_sort(seen.begin(), seen.end(), [](auto const& a, auto const& b) { return a.first < b.first; });
     Frame f;
     for (auto const& one : seen) {
         f.gaussians.push_back(one.second);
-        project(one.second, c, m.dilation, s);
+        project(one.second, c, m, s);
         f.splats.push_back(s);
     }
     for (std::uint32_t y = 0; y < c.height; ++y)

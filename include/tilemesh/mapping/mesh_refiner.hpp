@@ -214,7 +214,6 @@ private:
     static Plan plan_of(scene::Map map, splat::Camera const& reference, MeshRefineOptions const& options)
     {
         auto const& o = options.refine;
-        detail::expect_refinable(o.rules);
         ViewSums const checked(o.view);
         if (options.channel_slots == 0) throw Error("a channel without a slot carries nothing (channel_slots is 0); take 1 or more");
         if constexpr (grows) detail::expect_growable(options);

@@ -30,20 +30,10 @@ constexpr splat::Rules refining_rules() noexcept
 
 /// How a map is refined.
 struct RefineOptions {
-    splat::Rules rules = refining_rules(); ///< `coverage` must be `of_record`; the arithmetic is `precise`, whatever they say
+    splat::Rules rules = refining_rules(); ///< the arithmetic is `precise`, whatever they say
     ViewOptions view{};
     splat::map::Decays decays{};
 };
-
-namespace detail {
-/// Throws `Error` for rules of which no slope exists.
-inline void expect_refinable(splat::Rules const& rules)
-{
-    if (rules.coverage != splat::Coverage::of_record)
-        throw Error("a map that is shown with preserved coverage cannot be refined (its opacities depend on sizes, and no slope says "
-                    "so); take Coverage::of_record");
-}
-} // namespace detail
 
 /// A map that follows pictures: a step renders one view, compares it with its target, and moves each Gaussian that the view shows by its
 /// slopes.
@@ -52,8 +42,7 @@ inline void expect_refinable(splat::Rules const& rules)
 /// multiply_add alike. `Optimiser` is a policy of splat/map/optimise.hpp; harmonics have `splat::map::HarmonicsStep`. The mean's pull
 /// through the direction of its harmonics is left out. A step adds and removes no Gaussian; `add` and `remove_if` do.
 ///
-/// A Gaussian with a degenerate record (`splat::map::chain_rule`) does not move. Throws `Error` as `ViewSums`, and for rules with
-/// `Coverage::preserved`.
+/// A Gaussian with a degenerate record (`splat::map::chain_rule`) does not move. Throws `Error` as `ViewSums`.
 ///
 /// Memory: the map, 56 + 40 bytes a Gaussian and sizeof(Optimiser::State), besides `ViewSums`.
 template <class Optimiser = splat::map::SecondMomentByKind>
@@ -64,9 +53,7 @@ public:
     explicit Refiner(scene::Map map, RefineOptions const& options = {})
         : options_(options), map_(std::move(map)), states_(map_.gaussians.size()),
           harmonics_(map_.sh_degree == 0 ? 0 : map_.gaussians.size()), splats_(map_.gaussians.size()), sums_(options.view)
-    {
-        detail::expect_refinable(options.rules);
-    }
+    {}
 
     /// Compares a view with its target. `seen`, if it is not null, gets the picture.
     Fit measure(splat::Camera const& camera, Target const& target, Seen* seen = nullptr)

@@ -49,7 +49,34 @@ inline bool begins_as_json(std::istream& stream)
     return false;
 }
 
+/// The cameras of a COLMAP model, with the masks of its project.
+inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std::filesystem::path const& model)
+{
+    std::error_code ignored;
+    auto folder = std::filesystem::absolute(model, ignored).lexically_normal();
+    for (int up = 0; up < 4 && !std::filesystem::is_directory(folder / "masks", ignored); ++up) folder = folder.parent_path();
+    auto const masks = folder / "masks";
+    if (!std::filesystem::is_directory(masks, ignored)) return cameras;
+    for (auto& camera : cameras)
+        for (auto const& file : {masks / (camera.name + ".png"), (masks / camera.name).replace_extension(".png")})
+            if (camera.mask.empty() && std::filesystem::is_regular_file(file, ignored)) camera.mask = file.string();
+    return cameras;
+}
+
 } // namespace detail
+
+/// Where the cameras of a project's folder are: in the folder, or in sparse/0, sparse, colmap/sparse/0 or transforms.json below it. Any
+/// other path is returned as it is.
+inline std::filesystem::path found_cameras(std::filesystem::path const& path)
+{
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(path, ignored)) return path;
+    for (char const* const below : {"", "sparse/0", "sparse", "colmap/sparse/0"}) {
+        auto const model = *below == '\0' ? path : path / below;
+        if (std::filesystem::exists(colmap_files(model).cameras, ignored)) return model;
+    }
+    return std::filesystem::exists(path / "transforms.json", ignored) ? path / "transforms.json" : path;
+}
 
 /// Reads cameras in JSON. They follow the OpenCV convention; pixel (i, j) has its centre at (i + 0.5, j + 0.5). The content tells which of
 /// three forms a file has:
@@ -63,7 +90,8 @@ inline bool begins_as_json(std::istream& stream)
 /// - the transforms.json of nerfstudio, instant-ngp and Blender's NeRF scenes: `frames[]`, each with file_path and `transform_matrix` (4x4,
 ///   row-major, camera to world; the camera looks along -z, with y up). The lens stands in the frame or beside `frames`: w, h, fl_x, fl_y
 ///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. Blender's files have
-///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. The camera's name is
+///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. `mask` is mask_path, and `split` follows from the
+///   lists train_filenames, test_filenames and val_filenames. The camera's name is
 ///   file_path without a leading "./" and with "/" for "\\", there is no scene, and near is 0.2. The world is that of the file; `applied_transform`
 ///   is not undone.
 ///
@@ -74,7 +102,8 @@ inline bool begins_as_json(std::istream& stream)
 /// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
 /// coefficients that is not 0; a `camera_model` other than a pinhole; in transforms.json, OPENCV with coefficients of 0 is a pinhole) and
 /// for a camera that cannot be used: a number that is missing or not finite, a side outside 1..65535, a focal length below a thousandth of the side
-/// or above 2^24 pixels, a near plane that is not positive, a rotation that is mirrored or not orthonormal within 1e-3, two cameras with one label,
+/// or above 2^24 pixels, focal lengths and a principal point that are all below 2 pixels (normalised), a near plane that is not positive, a
+/// rotation that is mirrored or not orthonormal within 1e-3, two cameras with one label,
 /// more than 2^20 cameras. An empty list is valid and gives no camera.
 ///
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
@@ -90,6 +119,10 @@ inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::str
 /// `load_colmap`. For a COLMAP model, `path` is its folder, or one of its files. Throws `Error` as these functions do, and also for a path
 /// that is not a regular file and for JSON of more than 256 MiB. `notes`: as for `read_cameras_json`.
 ///
+/// A folder without a model stands for what is below it: sparse/0, sparse, colmap/sparse/0 or transforms.json (`found_cameras`); a note
+/// says so. The masks of a transforms.json begin at its folder. Those of a COLMAP model are the files NAME.png, or NAME with the extension
+/// .png, in the folder `masks` beside or above the model, up to three folders up.
+///
 /// A camera of a transforms.json without w and h has the size that the header of its picture says: the PNG or JPEG `file_path`, or
 /// `file_path` with .png, .jpg or .jpeg, in the folder of the file. Without such a picture it has `size`. Without both, it is refused.
 /// `pictures`, if it is not null, gets these pictures: a program that writes files must not write over them.
@@ -100,16 +133,23 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, 
                                              std::vector<std::filesystem::path>* pictures = nullptr)
 {
     std::error_code ignored;
+    if (auto const found = found_cameras(path); found != path) {
+        if (notes != nullptr) notes->push_back("the cameras are those of " + detail::shown_path(found));
+        return load_cameras(found, notes, distorted, size, pictures);
+    }
     bool const binary = names_colmap(path) && path.extension() == ".bin"; // its first byte may be any, also a bracket
-    if (binary || std::filesystem::is_directory(path, ignored)) return load_colmap(path, distorted, notes);
+    if (binary || std::filesystem::is_directory(path, ignored)) return detail::with_masks(load_colmap(path, distorted, notes), path);
 
     if (names_colmap(path)) {
         auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a camera file");
-        if (!detail::begins_as_json(stream)) return load_colmap(path, distorted, notes);
+        if (!detail::begins_as_json(stream)) return detail::with_masks(load_colmap(path, distorted, notes), path);
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
-    return read_cameras_json(stream, detail::shown_path(path), notes, distorted, detail::sizes_beside(path, size, pictures));
+    auto cameras = read_cameras_json(stream, detail::shown_path(path), notes, distorted, detail::sizes_beside(path, size, pictures));
+    for (auto& camera : cameras)
+        if (!camera.mask.empty()) camera.mask = (path.parent_path() / camera.mask).string();
+    return cameras;
 }
 
 }}} // namespace tilemesh::scene

@@ -15,6 +15,8 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 ///
 /// Errors, memory and rejected rows: as the readers say. Throws `Error` for any other file, and names its kind if it knows it.
 ///
+/// A note says that all opacities of a PLY are from 0 to 1, or all scales above 0: they may be linear, and are read as logits and logarithms.
+///
 /// `far` says what happens to means that are far from 0 against their spread, in every format (`detail::far_origin` has the rule).
 TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs const& codecs = {}, FarMeans far = FarMeans::kept);
 

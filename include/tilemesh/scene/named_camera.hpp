@@ -15,6 +15,10 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
+/// What a camera file says a view is for (the lists train_filenames, test_filenames and val_filenames of a transforms.json). `unused`: the
+/// file has such lists, and none of them names the view.
+enum class Split : unsigned char { unsaid, training, held_out, unused };
+
 /// A camera of a camera file. `file` is the map for which it was made; it may be empty. `scene` may be empty too; then the camera belongs
 /// to every map.
 struct NamedCamera {
@@ -22,6 +26,8 @@ struct NamedCamera {
     splat::Camera camera;
     std::optional<glm::dvec3> position{}; ///< the position with the digits of its file; readers set it
     bool names_near = false;              ///< the file says the near plane; otherwise it is `default_near`, and `choose_near` chooses one
+    std::string mask{};                   ///< a picture of the photograph's size, white where that counts; empty: all of it counts
+    Split split = Split::unsaid;
 };
 
 /// The cameras for a map from which a reader subtracted this origin (`Map::origin`). The difference is computed in double. An origin of 0 changes
@@ -39,6 +45,9 @@ enum class DistortedLens { refused, ignored };
 TILEMESH_HOST std::string label(NamedCamera const& camera);
 
 namespace detail {
+
+/// What to say about a camera model that no undistortion makes a pinhole: "has an orthographic camera (...); ..."; empty for any other model.
+TILEMESH_HOST std::string fault_of_projection(std::string const& model);
 
 /// Notes that the distortion of `cameras` lenses is ignored, if there are any. `notes` may be null.
 TILEMESH_HOST void note_ignored_distortion(std::size_t cameras, std::vector<std::string>* notes);

@@ -21,9 +21,11 @@ struct StampedFile {
     std::filesystem::path file;
 };
 
-/// A frame of an RGB-D sequence. `depth.file` is empty if the frame has no depth.
+/// A frame of an RGB-D sequence. `depth.file` is empty if the frame has no depth. `mask`: a picture that is white where the frame counts; no list
+/// has it, so it is empty unless a program sets it.
 struct RgbdFrame {
     StampedFile colour, depth;
+    std::filesystem::path mask{};
 };
 
 /// The furthest that the stamps of a picture and its depth are apart: 20 ms, the limit of the TUM benchmark's own tool.

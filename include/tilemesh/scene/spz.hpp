@@ -19,9 +19,10 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// - harmonics of degree 1 to 3: (byte - 128) / 128, exact. Degree 4 is read up to degree 3, with a note.
 ///
 /// SPZ has x right, y up, z back. A PLY has x right, y down, z forward. The map gets the axes of a PLY, as Niantic's spz_to_ply writes it: y
-/// and z change sign, with the rotations and harmonics. The notes say so; `turned` undoes it (Turn x180).
+/// and z change sign, with the rotations and harmonics. The notes say so; `turned` undoes it (Turn x180). If the extension
+/// SPZ_ADOBE_coordinate_system names other axes, they are turned, or mirrored, to those of a PLY in the same way.
 ///
-/// Rows are rejected, counted and named as by `read_ply`. Extensions and the flag of anti-aliasing are noted, and not applied. Throws `Error`
+/// Rows are rejected, counted and named as by `read_ply`. Other extensions and the flag of anti-aliasing are noted, and not applied. Throws `Error`
 /// for another kind of file, another version, a body that is shorter than its header promises, a damaged stream, a missing decoder,
 /// and for more than 65,536 rows plus one a byte of the file (no map compresses so well).
 ///

@@ -10,6 +10,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/map/insert.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/view.hpp>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct MapperOptions {
     std::uint32_t threads = 1;
     splat::TileSize tile{32, 20}; ///< changes no bit of the map
     std::uint64_t seed = 1;       ///< of the choice of keyframes
+    splat::Coverage coverage = splat::Coverage::of_record; ///< `preserved`: with anti-aliasing; the map must be shown so, too
     /// Asked before each step, if it is given: true ends the steps of this keyframe, or of `refine`.
     std::function<bool()> stop{};
 };

@@ -113,6 +113,7 @@ public:
     BasicPoseEvaluator& operator=(BasicPoseEvaluator const&) = delete;
 
     /// The rules of the picture. Change them between evaluations. Forward mode always has `precise` arithmetic.
+    /// With `Coverage::preserved`, the picture and the residuals are right, and the derivative leaves out that opacities move with the pose.
     splat::Rules& rules() noexcept { return rules_; }
     splat::Tiling const& tiling() const noexcept { return layout_.tiling; }
     /// The slots of a tile's lists, in the machine's memory.
@@ -227,8 +228,6 @@ void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOpti
         throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
                     std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
     if (target_.colour.width == 0) throw Error("an evaluation without a target (residuals need a picture); call set_target first");
-    if (rules_.coverage != splat::Coverage::of_record)
-        throw Error("rules with Coverage::preserved (the opacity would move with the pose, and no derivative says how); leave it out");
     auto const cell = o.level.cell;
     if (cell != 1 && cell != 2 && cell != 4 && cell != 8)
         throw Error("cells of " + std::to_string(cell) + " pixels (a cell is 1, 2, 4 or 8 pixels wide); choose one of these");

@@ -27,6 +27,22 @@ colmap() {
     shift 4
     for name in "$@"; do printf '%s 1 0 0 0 -0.%s 0.1 0.%s 1 %s\n\n' $((x + 1)) $x $x "$name" && x=$((x + 1)); done >"$to"
 }
+# transforms MORE FRAME...: a transforms.json of 96 x 64 pixels with MORE before its frames. A frame is NAME:X[:MASK], looks along +z and stands at X.
+transforms() {
+    printf '{"fl_x": 80, "w": 96, "h": 64, %s"frames": [' "$1" && shift
+    comma=
+    for frame in "$@"; do
+        x=${frame#*:} && mask=${x#*:} && x=${x%%:*}
+        [ "$mask" != "$x" ] || mask=
+        printf '%s{"file_path": "%s", %s"transform_matrix": [[1, 0, 0, %s], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]}' "$comma" "${frame%%:*}" \
+            "${mask:+\"mask_path\": \"$mask\", }" "$x"
+        comma=', '
+    done
+    printf ']}\n'
+}
+# blot, and the ball around it whose picture before white is its mask.
+blot() { echo 0 0 1.5 5 5 5 9 -2.5 -2.5 -2.5 1 0 0 0 | ply; }
+around_blot() { echo 0 0 1.5 -5 -5 -5 9 -1.2 -1.2 -1.2 1 0 0 0 | ply; }
 # room OFF: 60 Gaussians; OFF: how far they are from where they should be.
 room() {
     awk -v off="$1" 'BEGIN { for (i = 0; i < 60; ++i) {

@@ -64,8 +64,9 @@ SsimMoments ssim_blur(std::array<double, 2 * ssim_radius + 1> const& window, std
     return sum;
 }
 
-template <SsimBorder border>
-double mean_ssim(Image const& image, Image const& reference)
+/// The mean over the pixels for which `counts(column, row)` is true, at least one.
+template <SsimBorder border, class Counts>
+double mean_ssim(Image const& image, Image const& reference, Counts const& counts)
 {
     // K1 = 0.01, K2 = 0.03, L = 1: the constants of Wang et al. 2004.
     constexpr double c1 = 0.01 * 0.01;
@@ -74,6 +75,7 @@ double mean_ssim(Image const& image, Image const& reference)
     auto const pixels = std::size_t{image.width} * image.height;
     std::vector<SsimMoments> rows(pixels);
     double sum = 0.0;
+    std::size_t counted = 0;
     for (std::uint32_t channel = 0; channel < 3; ++channel) {
         // The window is separable, so blur along x, then along y.
         for (std::uint32_t y = 0; y < image.height; ++y)
@@ -90,12 +92,14 @@ double mean_ssim(Image const& image, Image const& reference)
                     window, y, image.height, [&](std::uint32_t row) -> SsimMoments const& {
                         return rows[std::size_t{row} * image.width + x];
                     });
+                if (!counts(x, y)) continue;
+                ++counted;
                 double const luminance = (2.0 * a * b + c1) / (a * a + b * b + c1);
                 double const structure = (2.0 * (ab - a * b) + c2) / (aa - a * a + bb - b * b + c2);
                 sum += luminance * structure;
             }
     }
-    return sum / (3.0 * static_cast<double>(pixels));
+    return sum / static_cast<double>(counted);
 }
 
 /// Throws `Error` if two pictures differ in size, have no pixels, or have a value that is not finite.
@@ -113,6 +117,15 @@ inline void expect_comparable(Image const& image, Image const& reference)
                         " floats are no picture of " + size_of(*each) + "); render a frame first");
     expect_finite(image, "picture");
     expect_finite(reference, "reference");
+}
+
+/// `other`, with the values of `picture` in each pixel of three NaN.
+inline Image equal_where_masked(Image const& picture, Image other)
+{
+    for (std::size_t i = 0; i + 2 < other.rgb.size() && i + 2 < picture.rgb.size(); i += 3)
+        if (std::isnan(other.rgb[i]) && std::isnan(other.rgb[i + 1]) && std::isnan(other.rgb[i + 2]))
+            std::copy_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(i), 3, other.rgb.begin() + static_cast<std::ptrdiff_t>(i));
+    return other;
 }
 
 } // namespace detail
@@ -149,7 +162,7 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
     measures.p999_levels = 255.0 * *p999;
     measures.psnr_db = measures.rmse > 0.0 ? -20.0 * std::log10(measures.rmse)
                                            : std::numeric_limits<double>::infinity();
-    measures.ssim = measures.max_levels > 0.0 ? detail::mean_ssim<detail::SsimBorder::repeated>(image, reference) : 1.0;
+    measures.ssim = measures.max_levels > 0.0 ? detail::mean_ssim<detail::SsimBorder::repeated>(image, reference, [](auto...) { return true; }) : 1.0;
     measures.mae = sum / n;
     measures.share_over_one_level = static_cast<double>(pixels_over) / (n / 3.0);
     return measures;
@@ -157,11 +170,13 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
 
 TILEMESH_HOST PictureMeasures compare_pictures(Image const& picture, Image const& other)
 {
-    detail::expect_comparable(picture, other);
+    auto const shown = detail::equal_where_masked(picture, other);
+    detail::expect_comparable(picture, shown);
     double sum = 0.0, sum_of_squares = 0.0, largest = 0.0;
-    std::size_t at = 0;
+    std::size_t at = 0, counted = 0;
     for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
-        double const difference = std::abs(double{picture.rgb[i]} - double{other.rgb[i]});
+        counted += std::isnan(other.rgb[i]) ? 0 : 1;
+        double const difference = std::abs(double{picture.rgb[i]} - double{shown.rgb[i]});
         sum += difference;
         sum_of_squares += difference * difference;
         if (difference > largest) {
@@ -169,10 +184,12 @@ TILEMESH_HOST PictureMeasures compare_pictures(Image const& picture, Image const
             at = i / 3;
         }
     }
-    auto const n = static_cast<double>(picture.rgb.size());
+    if (counted == 0) throw Error("cannot compare (no pixel of the reference counts); give a mask that leaves something");
+    auto const n = static_cast<double>(counted);
+    auto const counts = [&](std::uint32_t x, std::uint32_t y) { return !std::isnan(other.pixel(x, y)[0]); };
     PictureMeasures measures{};
     measures.psnr_db = sum_of_squares > 0.0 ? -10.0 * std::log10(sum_of_squares / n) : std::numeric_limits<double>::infinity();
-    measures.ssim = largest > 0.0 ? detail::mean_ssim<detail::SsimBorder::zero>(picture, other) : 1.0;
+    measures.ssim = largest > 0.0 ? detail::mean_ssim<detail::SsimBorder::zero>(picture, shown, counts) : 1.0;
     measures.l1 = sum / n;
     measures.largest = largest;
     measures.largest_at = {static_cast<std::uint32_t>(at % picture.width), static_cast<std::uint32_t>(at / picture.width)};
@@ -185,8 +202,9 @@ TILEMESH_HOST Image clamped(Image image)
     return image;
 }
 
-TILEMESH_HOST Image error_picture(Image const& picture, Image const& other)
+TILEMESH_HOST Image error_picture(Image const& picture, Image const& reference)
 {
+    auto const other = detail::equal_where_masked(picture, reference);
     detail::expect_comparable(picture, other);
     Image error{picture.width, picture.height};
     double largest = 0.0;

@@ -34,11 +34,13 @@ inline constexpr std::string_view own_keys[] = {"scene", "file", "name", "id", "
 inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
 
 /// The keys of a frame of transforms.json that say nothing about its camera.
-inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
+inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "sharpness"};
 
 /// The keys beside frames[] that say nothing about the cameras, their lens or their world.
-inline constexpr std::string_view beside_frames_keys[] =
-    {"aabb_scale", "ply_file_path", "train_filenames", "val_filenames", "test_filenames", "sharpness"};
+inline constexpr std::string_view beside_frames_keys[] = {"aabb_scale", "ply_file_path", "sharpness"};
+
+/// The lists beside frames[] that say what frames are for.
+inline constexpr std::string_view split_keys[] = {"train_filenames", "val_filenames", "test_filenames"};
 
 /// Where a key is in a list of keys; the list's size if it is not there.
 template <std::size_t N>
@@ -87,6 +89,7 @@ struct CameraFields {
     CameraField<std::array<double, 9>> rotation;
     CameraField<std::array<double, 3>> position;
     Distortion distortion{};
+    std::string model{}; ///< a camera model that is no perspective; empty: there is none
 };
 
 /// One entry, and its name in errors.
@@ -101,7 +104,7 @@ public:
 
     [[noreturn]] TILEMESH_HOST void refuse(std::string const& why) const;
 
-    TILEMESH_HOST void refuse_distortion(Distortion const& distortion) const;
+    TILEMESH_HOST void refuse_distortion(CameraFields const& fields) const;
 
     template <class T>
     T const& value(CameraField<T> const& field, char const* key) const
@@ -161,6 +164,9 @@ private:
 
     /// Reads a value of a lens of transforms.json, if the key that was read names one. `whole` gets what the key means for cameras[].
     TILEMESH_HOST bool read_lens(TransformsLens& lens, Distortion* whole = nullptr);
+
+    /// Reads a list of names of frames. Another value counts as not read.
+    TILEMESH_HOST void read_split(std::string const& key, Split split);
 
     /// Reads the list "frames" of a transforms.json after its opening bracket.
     TILEMESH_HOST void read_frames();

@@ -71,9 +71,10 @@ TILEMESH_HOST void CameraEntry::refuse(std::string const& why) const
     throw Error(file_ + " camera " + name_ + " is not usable (" + why + "); correct the camera file");
 }
 
-TILEMESH_HOST void CameraEntry::refuse_distortion(Distortion const& distortion) const
+TILEMESH_HOST void CameraEntry::refuse_distortion(CameraFields const& fields) const
 {
-    if (distorted_ == DistortedLens::refused) detail::refuse_distortion(distortion, file_ + " camera " + name_);
+    if (!fields.model.empty()) throw Error(file_ + " camera " + name_ + " " + fault_of_projection(fields.model));
+    if (distorted_ == DistortedLens::refused) detail::refuse_distortion(fields.distortion, file_ + " camera " + name_);
 }
 
 TILEMESH_HOST std::string CameraEntry::name(CameraField<std::string> const& field, char const* key) const
@@ -101,7 +102,7 @@ TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& en
     auto const text = [&](auto const& field, char const* key) { return field.there ? entry.value(field, key) : std::string(); };
     NamedCamera named{text(fields.scene, "scene"), text(fields.file, "file"), entry.name(fields.name, "name"), {}, {}, fields.near.there};
     entry.rename(label(named));
-    entry.refuse_distortion(fields.distortion);
+    entry.refuse_distortion(fields);
     auto const& m = entry.value(fields.world_to_camera, "world_to_camera");
     if (!ends_in_0_0_0_1(m))
         entry.refuse("the last row of \"world_to_camera\" is not 0 0 0 1");
@@ -121,7 +122,7 @@ TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& en
 
 TILEMESH_HOST splat::Camera training_camera(CameraFields const& fields, CameraEntry const& entry)
 {
-    entry.refuse_distortion(fields.distortion);
+    entry.refuse_distortion(fields);
     auto const& m = entry.value(fields.rotation, "rotation");
     auto const& centre = entry.value(fields.position, "position");
     Pose pose{glm::dmat3{1.0}, {centre[0], centre[1], centre[2]}};
@@ -153,6 +154,10 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
             continue;
         }
         if (read_lens(transforms_.common, &distortion)) continue;
+        if (auto const key = place_of(json_.text(), split_keys); key < std::size(split_keys)) {
+            read_split(std::string(split_keys[key]), key == 0 ? Split::training : Split::held_out);
+            continue;
+        }
         if (!cameras && place_of(json_.text(), beside_frames_keys) == std::size(beside_frames_keys)) unread_beside_frames_.see(json_.text(), 0);
         JsonPart const value = json_.next();
         if (cameras) list = value == JsonPart::begin_list;
@@ -174,6 +179,7 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
                     " is not a camera file (it has no list \"cameras\" or \"frames\", and is no list itself); name a JSON file with "
                     "cameras[], a transforms.json, the cameras.json of a 3DGS training, or a COLMAP model");
     bool const all_bent = std::find(distortion.begin(), distortion.end(), true) != distortion.end();
+    if (!transforms_.common.model.empty()) throw Error(file_ + " " + fault_of_projection(transforms_.common.model));
     if (distorted_ == DistortedLens::refused) refuse_distortion(distortion, file_);
     if (training_) finish_names();
     std::set<std::string> labels;
@@ -264,14 +270,33 @@ TILEMESH_HOST bool CameraJson::read_lens(TransformsLens& lens, Distortion* whole
         json_.read(*field);
         return true;
     }
+    if (key == "equirectangular" || key == "latlong" || key == "orthographic") { // instant-ngp: true or false
+        auto const part = json_.next();
+        if (part == JsonPart::other && json_.text() == "true") lens.model = key;
+        json_.skip(part);
+        return true;
+    }
     constexpr std::size_t fisheye = std::size(distortion_keys); // instant-ngp: true or false
     auto const at = key == "is_fisheye" ? fisheye : place_of(key, distortion_keys);
     if (at == fisheye && key != "is_fisheye") return false;
     bool named = false;
-    bool const bends = json_.read_distortion(&named);
+    bool const bends = json_.read_distortion(lens.model, &named);
     lens.set_distortion(at, named);
     if (whole != nullptr && at < whole->size()) (*whole)[at] = bends;
     return true;
+}
+
+TILEMESH_HOST void CameraJson::read_split(std::string const& key, Split split)
+{
+    JsonPart const list = json_.next();
+    bool names = list == JsonPart::begin_list;
+    if (!names) json_.skip(list);
+    for (JsonPart part; list == JsonPart::begin_list && (part = json_.next()) != JsonPart::end_list;) {
+        names = names && part == JsonPart::text;
+        if (part == JsonPart::text) transforms_.assign(json_.text(), split);
+        else json_.skip(part);
+    }
+    if (!names) unread_beside_frames_.see(key, 0);
 }
 
 TILEMESH_HOST void CameraJson::read_frames()
@@ -286,19 +311,20 @@ TILEMESH_HOST void CameraJson::read_frames()
             json_.skip(part);
             continue;
         }
-        CameraField<std::string> path;
+        CameraField<std::string> path, mask;
         CameraField<std::array<double, 16>> matrix;
         TransformsLens lens;
         while (json_.next() == JsonPart::key) {
             auto const key = json_.text();
             if (key == "file_path") json_.read(path);
+            else if (key == "mask_path") json_.read(mask);
             else if (key == "transform_matrix") json_.read_matrix<4>(matrix, "not a 4x4 matrix");
             else if (!read_lens(lens)) {
                 if (place_of(key, beside_camera_keys) == std::size(beside_camera_keys)) unread_of_frames_.see(key, number);
                 json_.skip(json_.next());
             }
         }
-        transforms_.add(path, matrix, std::move(lens));
+        transforms_.add(path, mask, matrix, std::move(lens));
     }
 }
 
@@ -307,7 +333,7 @@ TILEMESH_HOST void CameraJson::read_fields(CameraFields& fields, std::size_t num
     while (json_.next() == JsonPart::key) {
         std::string_view const key = json_.text();
         if (auto const bent = place_of(key, distortion_keys); bent < fields.distortion.size()) {
-            fields.distortion[bent] = json_.read_distortion();
+            fields.distortion[bent] = json_.read_distortion(fields.model);
             continue;
         }
         if (training_ ? place_of(key, training_keys) == std::size(training_keys) : place_of(key, own_keys) == std::size(own_keys))

@@ -100,6 +100,7 @@ TILEMESH_HOST void read_colmap_lenses(std::istream& stream, std::string const& n
         std::string_view const word = take_word(text);
         auto const* const model =
             std::find_if(colmap_models.begin(), colmap_models.end(), [&](auto const& each) { return each.name == word; });
+        if (auto const fault = fault_of_projection(std::string(word)); !fault.empty()) throw Error(lines.place() + " " + fault);
         if (model == colmap_models.end())
             throw Error(
                 lines.place() + " has a camera model that is not known (\"" + shown(word, 40) +
@@ -299,7 +300,8 @@ TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& 
     bool const binary = cameras_path.extension() == ".bin";
     if (!fs::exists(cameras_path, ignored) && !fs::exists(images_path, ignored))
         throw Error(detail::shown_path(path) +
-                    " cannot be read (it is a directory without cameras.txt and images.txt, or cameras.bin and images.bin); name a camera file, "
+                    " cannot be read (it is a directory without cameras.txt and images.txt, or cameras.bin and images.bin, and no sparse/0 "
+                    "or transforms.json is below it); name a camera file, "
                     "or the folder of a COLMAP model");
     constexpr std::uint64_t most_bytes = std::uint64_t{256} << 20; // a camera takes about a hundred bytes
     std::string const wanted = binary ? "a COLMAP model with cameras.bin and images.bin" : "a COLMAP model with cameras.txt and images.txt";

@@ -24,8 +24,8 @@ public:
 
     /// Reads a value under a distortion key. Returns whether it means a lens with distortion: it is, or holds, a number other than 0, true,
     /// or a text that names no pinhole camera. `named`, if not null, gets the same, except that the models whose coefficients stand under keys
-    /// of their own (OPENCV) name a pinhole too.
-    TILEMESH_HOST bool read_distortion(bool* named = nullptr);
+    /// of their own (OPENCV) name a pinhole too. `model` gets a camera model that is no perspective.
+    TILEMESH_HOST bool read_distortion(std::string& model, bool* named = nullptr);
     TILEMESH_HOST void read(CameraField<double>& field);
     TILEMESH_HOST void read(CameraField<std::string>& field);
     /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.

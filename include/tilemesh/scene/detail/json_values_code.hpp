@@ -7,10 +7,11 @@
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/json_values.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
-TILEMESH_HOST bool JsonValues::read_distortion(bool* named)
+TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, bool* named)
 {
     bool bends = false, bends_otherwise = false;
     std::size_t open = 0;
@@ -22,6 +23,7 @@ TILEMESH_HOST bool JsonValues::read_distortion(bool* named)
         bool const coefficients = word == "opencv" || word == "full_opencv" || word == "radial" || word == "simple_radial";
         bool const pinhole = word.empty() || word == "none" || word == "pinhole" || word == "simple_pinhole" || word == "perspective";
         bool const bent = (part == JsonPart::number && number() != 0.0) || (part == JsonPart::other && text() == "true");
+        if (part == JsonPart::text && !fault_of_projection(text()).empty()) model = text();
         bends = bends || bent || !pinhole;
         bends_otherwise = bends_otherwise || bent || !(pinhole || coefficients);
     } while (open != 0);

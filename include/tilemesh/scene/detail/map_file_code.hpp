@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <istream>
 #include <limits>
 #include <string>
@@ -46,6 +47,17 @@ inline bool has_extension(std::string const& name, char const* extension)
 inline bool begins_meta_json(std::filesystem::path const& path, std::istream& stream)
 {
     return has_extension(path.string(), ".json") && stream.peek() == '{';
+}
+
+/// Notes that a PLY may have linear opacities or scales, where logits and logarithms are read: logits from 0 to 1 are opacities from 0.5 to 0.7311.
+/// A map of fewer than 16 Gaussians gets no note, because chance makes such maps.
+inline void note_linear(Map& map)
+{
+    auto const all = [&](auto const& holds) { return map.gaussians.size() >= 16 && std::all_of(map.gaussians.begin(), map.gaussians.end(), holds); };
+    if (all([](auto const& g) { return g.opacity >= 0.5f && g.opacity <= 0.7311f; }))
+        map.notes.push_back("all opacities are from 0 to 1: they are read as logits; if they are shares, export the map with logits");
+    if (all([](auto const& g) { return g.log_scale[0] > 0 && g.log_scale[1] > 0 && g.log_scale[2] > 0; }))
+        map.notes.push_back("all scales are above 0: they are read as logarithms; if they are lengths, export the map with logarithms");
 }
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;
@@ -127,14 +139,22 @@ TILEMESH_HOST Map read_map(std::istream& stream, std::string const& name, Codecs
     stream.seekg(first);
     // The third byte of a gzip file is its method, always 8. The first number of a .splat is a mean, with any bits.
     bool const gzipped = magic.starts_with("\x1f\x8b\x08") || (magic.starts_with("\x1f\x8b") && !detail::has_extension(name, ".splat"));
+    auto const has_extension_of = [&](std::initializer_list<char const*> those) {
+        return std::any_of(those.begin(), those.end(), [&](char const* each) { return detail::has_extension(name, each); });
+    };
     auto const settled = [&](Map map) {
         detail::settle_far_means(map, far);
         return map;
     };
     if (magic.starts_with("NGSP") || gzipped) return settled(read_spz(stream, name, codecs));
-    if (magic.starts_with("PK\x03\x04")) return settled(read_sog(stream, name, codecs));
-    if (!magic.starts_with("ply") && !magic.empty() && detail::has_extension(name, ".splat")) return settled(read_splat(stream, name));
-    return read_ply(stream, name, far);
+    bool const of_training = has_extension_of({".npz", ".pt", ".pth", ".ckpt", ".usdz"});
+    if (magic.starts_with("PK\x03\x04") && !of_training) return settled(read_sog(stream, name, codecs));
+    // No mean begins like a pointer of git LFS or a web page: "vers" is 2e31, "<htm" is 5e27, "<!DO" is 3e9 (little endian).
+    bool const stands_in = std::any_of(detail::stand_ins.begin(), detail::stand_ins.end(), [&](auto each) { return each.starts_with(magic); });
+    if (!magic.starts_with("ply") && !magic.empty() && !stands_in && detail::has_extension(name, ".splat")) return settled(read_splat(stream, name));
+    Map map = read_ply(stream, name, far);
+    detail::note_linear(map);
+    return map;
 }
 
 TILEMESH_HOST Map load_map(std::filesystem::path const& path, Codecs const& codecs, FarMeans far)

@@ -38,6 +38,18 @@ TILEMESH_HOST std::vector<NamedCamera> relative_to_origin(std::vector<NamedCamer
 
 namespace detail {
 
+TILEMESH_HOST std::string fault_of_projection(std::string const& model)
+{
+    std::string word;
+    for (char const c : model) word += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    auto const has = [&](auto const*... names) { return ((word.find(names) != word.npos) || ...); };
+    auto const because = " (its camera model is " + shown(model, 40) + ", and only pinhole cameras are rendered); ";
+    if (has("ortho")) return "has an orthographic camera" + because + "name cameras with a perspective";
+    if (has("equirect", "spherical", "latlong", "panoram", "omnidirectional", "vr180"))
+        return "has an equirectangular camera" + because + "cut its panoramas into pinhole pictures, and name their cameras";
+    return "";
+}
+
 TILEMESH_HOST void note_ignored_distortion(std::size_t cameras, std::vector<std::string>* notes)
 {
     if (cameras != 0 && notes != nullptr)
@@ -67,6 +79,10 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
     // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin to
     // coincide. A thousandth of a side: the picture spans 179.8 degrees.
     constexpr double most_px = 16777216.0, least_share = 1e-3;
+    auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
+    if (is_share(lens.fx) && is_share(lens.fy) && is_share(lens.cx) && is_share(lens.cy) && lens.width >= 16 && lens.height >= 16 && lens.fx > 0.0 &&
+        lens.fy > 0.0)
+        return "fx, fy, cx and cy are below 2: they are shares of the picture's sides, and not pixels";
     struct Axis {
         char const *focal_name, *centre_name;
         double focal, centre, side;
@@ -120,7 +136,7 @@ TILEMESH_HOST std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> c
     std::string const choices = "there are " + detail::list_of(all);
     if (chosen.empty() && selector.empty())
         throw Error("no camera belongs to map \"" + detail::shown(map_name) + "\" (" + choices +
-                    "); choose one by SCENE/NAME");
+                    "); name cameras of this map, or choose one by SCENE/NAME");
     if (chosen.empty())
         throw Error("there is no camera \"" + detail::shown(selector) + "\" (" + choices + "); choose one of these");
     if (!selector.empty() && chosen.size() > 1) {

@@ -28,11 +28,13 @@ inline float logit_of(float opacity) noexcept
 }
 } // namespace detail
 
-TILEMESH_HOST std::string ply_bytes(Map const& map)
+TILEMESH_HOST std::string ply_bytes(Map const& map, splat::Coverage coverage)
 {
     bool const moved = map.origin != std::array<double, 3>{};
     std::size_t const of_channel = splat::harmonics_per_channel(map.sh_degree);
-    std::string out = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(map.gaussians.size()) + "\n";
+    std::string out = "ply\nformat binary_little_endian 1.0\n";
+    if (coverage == splat::Coverage::preserved) out += "comment antialiased 1\n";
+    out += "element vertex " + std::to_string(map.gaussians.size()) + "\n";
     auto const property = [&](std::string const& name,
                               char const* type = "float") { out += std::string("property ") + type + " " + name + "\n"; };
     for (char const* const name : {"x", "y", "z"}) property(name, moved ? "double" : "float");

@@ -155,13 +155,13 @@ TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path
         auto const has_depth = [](RgbdFrame const& frame) { return !frame.depth.file.empty(); };
         if (!depth.empty() && std::none_of(frames.begin(), frames.end(), has_depth)) {
             double nearest = std::numeric_limits<double>::infinity();
-            for (auto const& [c, d] : associate(colour, depth, nearest))
-                if (!d.file.empty()) nearest = std::fmin(nearest, std::fabs(c.seconds - d.seconds));
+            for (auto const& frame : associate(colour, depth, nearest))
+                if (has_depth(frame)) nearest = std::fmin(nearest, std::fabs(frame.colour.seconds - frame.depth.seconds));
             throw Error("no picture of " + detail::shown_path(path) + " has a depth (" + number_text(*depth_within) + " s from a picture to its depth are "
                         "allowed, and the nearest is " + significant(nearest, 3) + " s away); allow more with --depth-within, or correct the time stamps");
         }
     }
-    for (auto& [colour, depth] : frames) {
+    for (auto& [colour, depth, mask] : frames) {
         colour.file = root / colour.file;
         if (!depth_within) depth = {};
         if (!depth.file.empty()) depth.file = root / depth.file;

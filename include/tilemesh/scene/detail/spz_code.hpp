@@ -19,6 +19,7 @@
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/map.hpp>
+#include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/spz.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <utility>
@@ -58,6 +59,49 @@ inline SpzHeader read_spz_header(ByteView in, std::string const& file)
     return header;
 }
 
+/// The bytes of extensions that are read behind the rows of versions 1 to 3. Those that are known have 20 at most.
+inline constexpr std::size_t most_spz_extensions = 65536;
+
+/// The directions of the axes x, y, z of an SPZ map. Every one is right or left; the second is up or down and the third front or back, or, if
+/// `swapped`, the second is front or back and the third up or down.
+struct SpzAxes {
+    bool said = false, right = true, up = true, front = false, swapped = false;
+
+    std::string text() const
+    {
+        std::string const vertical = up ? "up" : "down", along = front ? "front" : "back";
+        return std::string(right ? "right " : "left ") + (swapped ? along + " " + vertical : vertical + " " + along);
+    }
+};
+
+/// Reads extensions: for each one its type, its length (32 bits each) and its bytes (Niantic's spz, extensions/README.md). Of them,
+/// SPZ_ADOBE_coordinate_system, 0xADBE0003, is applied: a number from 1 (left down back) to 16, whose bits, less 1, are right, up, front, and
+/// y and z turned by a quarter about x; 0 says nothing. `skipped` counts all others, and one that is cut off. Throws `Error` for another value.
+inline SpzAxes read_spz_extensions(ByteView in, std::string const& file, std::size_t& skipped)
+{
+    SpzAxes axes;
+    for (std::size_t at = 0; at < in.size();) {
+        std::uint32_t const bytes = in.size() - at < 8 ? 0xffffffffu : number_at<std::uint32_t>(in.data() + at + 4);
+        if (in.size() - at < std::uint64_t{8} + bytes) {
+            ++skipped;
+            break;
+        }
+        auto const type = number_at<std::uint32_t>(in.data() + at);
+        at += 8;
+        if (type == 0xadbe0003u) {
+            auto const system = bytes == 4 ? number_at<std::uint32_t>(in.data() + at) : 17u;
+            if (system > 16)
+                throw Error(file + " cannot be read (an extension names a coordinate system that is none of the 16 of SPZ); export the map again");
+            std::uint32_t const bits = system == 0 ? 3u : system - 1;
+            axes = {system != 0, (bits & 1u) != 0, (bits & 2u) != 0, ((bits & 4u) != 0) != (bits > 7u), bits > 7u};
+        } else {
+            ++skipped;
+        }
+        at += bytes;
+    }
+    return axes;
+}
+
 /// A number of 16 bits (IEEE 754 binary16) as a float.
 inline float half_to_float(std::uint32_t half)
 {
@@ -69,14 +113,15 @@ inline float half_to_float(std::uint32_t half)
 }
 
 /// Turns the packed rows into records. `parts` are the attributes, each complete.
-inline void unpack_spz(SpzHeader const& header, std::array<ByteView, 6> const& parts, Map& map)
+inline void unpack_spz(SpzHeader const& header, SpzAxes const& axes, std::array<ByteView, 6> const& parts, Map& map)
 {
     auto const [means, opacities, colours, scales, rotations, harmonics] = parts;
     MapSink sink(map, header.rows, splat::harmonics_per_channel(header.degree));
-    // Changes of sign from x right, y up, z back to x right, y down, z forward: of a vector, of a rotation's x, y, z (as an axial vector), and
-    // of the harmonics, which are odd or even in y and z.
-    constexpr std::array<double, 3> turn{1, -1, -1};
-    constexpr std::array<double, 15> turn_harmonics{-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
+    // Changes of sign to x right, y down, z forward: of a vector, of a rotation's x, y, z (as an axial vector), and of the harmonics, which are
+    // odd or even in x, y and z. Swapped axes have y forward and z up after it.
+    double const x = axes.right ? 1 : -1, y = (axes.swapped ? axes.front : !axes.up) ? 1 : -1, z = (axes.swapped ? axes.up : axes.front) ? 1 : -1;
+    std::array<double, 3> const turn{x, y, z}, turn_axis{y * z, x * z, x * y};
+    std::array<double, 15> const turn_harmonics{y, z, x, x * y, y * z, 1, x * z, 1, y, x * y * z, y, z, x, z, x};
     float const unit = header.version == 1 ? 1.0f : 1.0f / static_cast<float>(1u << header.fractional_bits);
     GaussianRow row{};
     for (std::size_t r = 0; r < header.rows; ++r) {
@@ -116,7 +161,7 @@ inline void unpack_spz(SpzHeader const& header, std::array<ByteView, 6> const& p
             q[3] = std::sqrt(std::fmax(0.0f, 1.0f - squares));
         }
         row[10] = static_cast<double>(q[3]);
-        for (std::size_t i = 0; i < 3; ++i) row[11 + i] = turn[i] * static_cast<double>(q[i]);
+        for (std::size_t i = 0; i < 3; ++i) row[11 + i] = turn_axis[i] * static_cast<double>(q[i]);
         std::size_t const per_row = 3 * std::size_t{splat::harmonics_per_channel(header.degree)};
         for (std::size_t i = 0; i < sink.coefficients(); ++i)
             row[14 + i] = turn_harmonics[i / 3] * ((static_cast<double>(harmonics[r * per_row + i]) - 128.0) / 128.0);
@@ -202,6 +247,9 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
     Bytes body;
     ByteView rows;
     bool more = false;
+    bool const extends = (header.flags & 2u) != 0;
+    SpzAxes axes;
+    std::size_t skipped = 0;
     if (header.version == 4) {
         if (in.size() < SpzHeader::bytes_v4) refuse("it ends inside its header");
         if (!codecs.zstd) refuse_without(file, "is an SPZ map of version 4, compressed by zstd", "libzstd", "libzstd-dev");
@@ -210,9 +258,10 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
         body.resize(static_cast<std::size_t>(row_bytes * header.rows));
         decompress_spz_v4(header, in, codecs, body, file);
         rows = body;
+        if (extends) axes = read_spz_extensions(ByteView(in).subspan(SpzHeader::bytes_v4, header.table_at - SpzHeader::bytes_v4), file, skipped);
     } else if (gzipped) {
         require_plausible_rows(header.rows, file_bytes, file);
-        body.resize(static_cast<std::size_t>(SpzHeader::bytes + row_bytes * header.rows));
+        body.resize(static_cast<std::size_t>(SpzHeader::bytes + row_bytes * header.rows + (extends ? most_spz_extensions : 0)));
         auto const result = codecs.gzip(in, body);
         if (result.damaged) refuse("its gzip stream is damaged");
         if (result.bytes == body.size() && !result.ended && !result.more) refuse("its gzip stream is cut off");
@@ -224,6 +273,7 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
         more = rows.size() > row_bytes * header.rows;
     }
     auto const parts = split_spz(header, rows, file);
+    if (header.version != 4 && extends) axes = read_spz_extensions(rows.subspan(static_cast<std::size_t>(row_bytes * header.rows)), file, skipped);
     if (header.version != 4) require_ids(header.rows, file);
     if (!body.empty()) Bytes().swap(in);
 
@@ -232,13 +282,14 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
     map.sh_degree = std::min(header.degree, 3u);
     map.notes.push_back("read as SPZ version " + std::to_string(header.version) + " of degree " + std::to_string(header.degree) +
                         (header.degree > 3 ? ", up to degree 3" : "") +
-                        "; y and z changed sign: an SPZ has y up and z back, a PLY y down and z forward");
+                        (axes.said ? "; an extension says that its axes are " + axes.text() + ": they are turned to right down front, those of a PLY"
+                                   : "; y and z changed sign: an SPZ has y up and z back, a PLY y down and z forward"));
     if ((header.flags & 1u) != 0) map.notes.push_back(antialiased_note);
-    if ((header.flags & 2u) != 0) map.notes.push_back("extensions skipped");
-    else if (more) map.notes.push_back("bytes after the last row skipped");
+    if (skipped != 0) map.notes.push_back("extensions skipped");
+    if (more && !extends) map.notes.push_back("bytes after the last row skipped");
     if (header.rows == 0) map.notes.push_back("the header promises no rows: the map is empty");
-    unpack_spz(header, parts, map);
-    return map;
+    unpack_spz(header, axes, parts, map);
+    return axes.swapped ? turned(std::move(map), Turn::x90) : map;
 }
 
 }}} // namespace tilemesh::scene

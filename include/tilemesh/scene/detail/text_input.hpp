@@ -57,6 +57,12 @@ bool parse_number(std::string_view word, T& value)
 /// decimal point once the exponent has moved the point.
 TILEMESH_HOST bool is_tiny(std::string_view number);
 
+/// How a file begins that stands for another one: a pointer of git LFS, or a web page.
+inline constexpr std::array<std::string_view, 5> stand_ins{"version https://git-lfs", "<!DOCTYPE html", "<!doctype html", "<html", "<HTML"};
+
+/// Throws `Error` if a file that begins so is one of `stand_ins`.
+TILEMESH_HOST void refuse_stand_in(std::string_view begin, std::string const& file);
+
 /// Opens a regular file. It does not open files that may block or never end (a pipe, a device). Throws `Error` if the file cannot be
 /// opened, or if it is longer than `most_bytes`; `wanted` says what the user should name instead.
 TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes,

@@ -95,6 +95,15 @@ TILEMESH_HOST bool is_tiny(std::string_view number)
     return exponent < -place;
 }
 
+TILEMESH_HOST void refuse_stand_in(std::string_view begin, std::string const& file)
+{
+    if (begin.starts_with(stand_ins.front()))
+        throw Error(file + " is a pointer of git LFS (the file itself is not here); run git lfs pull, or download the file");
+    if (std::any_of(stand_ins.begin() + 1, stand_ins.end(), [&](std::string_view each) { return begin.starts_with(each); }))
+        throw Error(file + " is a web page (a server or a viewer wrote HTML in place of the file); "
+                           "download the file itself, or export it from the viewer");
+}
+
 TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes, std::string const& wanted)
 {
     namespace fs = std::filesystem;
@@ -113,7 +122,14 @@ TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::ui
                     " are read); name " + wanted);
     errno = 0;
     std::ifstream stream(path, std::ios::binary);
-    if (stream) return stream;
+    if (stream) {
+        std::array<char, 24> begin{};
+        stream.read(begin.data(), begin.size());
+        refuse_stand_in({begin.data(), static_cast<std::size_t>(stream.gcount())}, name);
+        stream.clear();
+        stream.seekg(0);
+        return stream;
+    }
     if (errno == ENOMEM) throw std::bad_alloc();
     if (errno == EACCES) throw Error(name + " cannot be opened (no permission); check its access rights");
     throw Error(name + " cannot be opened (" + std::generic_category().message(errno) + "); try again, or copy the file");

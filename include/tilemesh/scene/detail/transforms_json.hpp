@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -27,6 +28,7 @@ using PictureSizeOf = std::function<std::optional<Size>(std::string const&)>;
 struct TransformsLens {
     CameraField<double> w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y;
     std::uint32_t given = 0, bent = 0; ///< bit i: distortion key i is there; its value bends the picture
+    std::string model{};               ///< a camera model that is no perspective; empty: there is none
 
     CameraField<double>* field(std::string_view key)
     {
@@ -42,7 +44,7 @@ struct TransformsLens {
     }
     bool any() const
     {
-        bool there = given != 0;
+        bool there = given != 0 || !model.empty();
         for (auto const* field : {&w, &h, &fl_x, &fl_y, &cx, &cy, &camera_angle_x, &camera_angle_y}) there = there || field->there;
         return there;
     }
@@ -56,6 +58,19 @@ public:
 
     TransformsLens common; ///< of all frames
 
+    /// The name of a frame: its path with "/" for "\\", and without a leading "./".
+    static std::string name_of(std::string_view written)
+    {
+        auto const path = with_slashes(written);
+        return path.starts_with("./") && path.size() > 2 ? path.substr(2) : path;
+    }
+    /// A list of the file says what this frame is for. A frame of several lists is held out.
+    void assign(std::string_view path, Split split)
+    {
+        auto& named = splits_[name_of(path)];
+        named = std::max(named, split);
+    }
+
     /// Forgets the frames that were read.
     void clear()
     {
@@ -68,7 +83,8 @@ public:
     /// Nothing more is needed from further frames.
     bool ended() const { return !unusable_.empty(); }
 
-    void add(CameraField<std::string> const& path, CameraField<std::array<double, 16>> const& matrix, TransformsLens&& lens)
+    void add(CameraField<std::string> const& path, CameraField<std::string> const& mask, CameraField<std::array<double, 16>> const& matrix,
+             TransformsLens&& lens)
     {
         auto const name = std::to_string(frames_.size() + 1);
         auto const is = [&](auto const& field, char const* key) {
@@ -78,10 +94,9 @@ public:
         is(path, "file_path");
         if (!ended() && path.value.empty()) unusable_ = refusal(name, "\"file_path\" is empty");
         if (!ended()) is(matrix, "transform_matrix");
+        if (!ended() && mask.there) is(mask, "mask_path");
         if (ended()) return;
-        auto file = with_slashes(path.value);
-        if (file.starts_with("./") && file.size() > 2) file.erase(0, 2);
-        frames_.push_back({std::move(file), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
+        frames_.push_back({name_of(path.value), name_of(mask.value), {}, lens.any() ? std::make_unique<TransformsLens>(std::move(lens)) : nullptr});
         std::copy(matrix.value.begin(), matrix.value.end(), frames_.back().to_world.begin());
     }
     void add_no_object() { unusable_ = refusal(std::to_string(frames_.size() + 1), "it is not an object"); }
@@ -95,6 +110,8 @@ public:
         std::size_t ignored = 0, sized = 0;
         for (auto const& frame : frames_) {
             if (!names.insert(frame.name).second) refuse(frame.name, "another frame has the same file_path");
+            auto const& model = frame.lens && !frame.lens->model.empty() ? frame.lens->model : common.model;
+            if (!model.empty()) throw Error(file_ + " frame " + shown(frame.name) + " " + fault_of_projection(model));
             bool const bends = bends_picture(frame);
             if (bends && distorted == DistortedLens::refused)
                 throw Error(file_ + " frame " + shown(frame.name) +
@@ -111,8 +128,10 @@ public:
                 ++sized;
             }
             cameras.push_back({"", "", frame.name, camera_of(frame, size), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
+            cameras.back().mask = frame.mask;
         }
         if (!unusable_.empty()) throw Error(unusable_);
+        set_splits(cameras, notes);
         note_ignored_distortion(ignored, notes);
         if (sized != 0 && notes != nullptr)
             notes->push_back(std::to_string(sized) + (sized == 1 ? " camera has" : " cameras have") +
@@ -122,10 +141,32 @@ public:
 
 private:
     struct Frame {
-        std::string name;
+        std::string name, mask;
         std::array<double, 16> to_world; ///< row-major
         std::unique_ptr<TransformsLens> lens; ///< what the frame itself says; null: nothing
     };
+
+    /// Lists that hold out no frame leave that open. With lists of one kind alone, all other frames are of the other kind.
+    void set_splits(std::vector<NamedCamera>& cameras, std::vector<std::string>* notes) const
+    {
+        auto const lists = [&](Split split) {
+            return std::any_of(splits_.begin(), splits_.end(), [&](auto const& each) { return each.second == split; });
+        };
+        bool const trains = lists(Split::training), holds = lists(Split::held_out);
+        if (!trains && !holds) return;
+        std::size_t found = 0, held_out = 0;
+        for (auto& camera : cameras) {
+            auto const named = splits_.find(camera.name);
+            found += named != splits_.end() ? 1 : 0;
+            camera.split = named != splits_.end() ? named->second : trains && holds ? Split::unused : trains ? Split::held_out : Split::training;
+            held_out += camera.split == Split::held_out ? 1 : 0;
+        }
+        for (auto& camera : cameras)
+            if (held_out == 0 && camera.split == Split::training) camera.split = Split::unsaid;
+        if (found < splits_.size() && notes != nullptr)
+            notes->push_back(std::to_string(splits_.size() - found) + " of " + std::to_string(splits_.size()) +
+                             " names in train_filenames, test_filenames and val_filenames are of no frame");
+    }
 
     std::string refusal(std::string const& frame, std::string const& why) const
     {
@@ -201,6 +242,7 @@ private:
     std::string const& file_;
     bool there_ = false;
     std::vector<Frame> frames_;
+    std::map<std::string, Split> splits_; ///< by the names of frames
     std::string unusable_; ///< the error of the first frame that has no name or pose; empty: there is none
 };
 

@@ -64,6 +64,7 @@ struct Mapper::Work {
         how.view.tile = o.tile;
         how.view.threads = o.threads;
         how.view.loss.depth = o.depth_weight;
+        how.rules.coverage = o.coverage;
         if (o.optimiser == Optimiser::adam) return ByAdam(std::move(map), how);
         return ByKind(std::move(map), how);
     }

@@ -77,6 +77,7 @@ struct Session::Work {
             how.tile = {options.tile.tile_width, options.tile.tile_height};
             evaluator = std::make_unique<track::PoseEvaluator>(mapper.map(), Extent2{lens.width, lens.height}, how);
             auto& rules = evaluator->rules();
+            rules.coverage = options.mapper.coverage;
             rules.alpha_max = mapping::refining_rules().alpha_max;
             rules.transmittance_min = mapping::refining_rules().transmittance_min;
             evaluator->options().with_exposure = options.with_exposure;

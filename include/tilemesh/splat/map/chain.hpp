@@ -47,8 +47,11 @@ struct ViewSlope {
 /// (M11 r1 + M02 r2) sqrt(-2 across), by row 1 dv1 = (M20 r1 + M11 r2) sqrt(-2 along) - slope dv2, and by log-scale i M20 r1_i^2 + 2 M11
 /// r1_i r2_i + M02 r2_i^2. v2 - slope v1 comes from a double cross product, so nothing cancels for a needle.
 ///
+/// With `Coverage::preserved`, the opacity's share is sqrt(|C| / |C + h|) for C = V V^T. The slope by V grows by gP (C^-1 - (C + h)^-1) V, the
+/// derivative of the share's logarithm; where the share is at its bound of 0.005, it grows by nothing.
+///
 /// The colour's slope is there also where a colour is 0: the optimiser clamps after its step, or a black splat would stay black. Requires
-/// the sums of this Gaussian in this view, and `Coverage::of_record`. The sets of pairs are constant. Cost: about 200 multiply-adds, five
+/// the sums of this Gaussian in this view. The sets of pairs are constant. Cost: about 200 multiply-adds, five
 /// divisions, three roots.
 template <class A>
 TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> const& g, View const& view, Moments<A> const& m,
@@ -90,8 +93,8 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
     Vector const off = detail::combined<A>(per_a, minor, h * per_a, f.row2);
     Vector const r1{ra * f.row1.x, ra * f.row1.y, ra * f.row1.z}, r2{rs * off.x, rs * off.y, rs * off.z};
     Vector const s1 = detail::combined<A>(m.of[gp_xx], r1, m.of[gp_xo], r2), s2 = detail::combined<A>(m.of[gp_xo], r1, m.of[gp_oo], r2);
-    Vector const dv2{rs * s2.x, rs * s2.y, rs * s2.z};
-    Vector const dv1{A::multiply_add(-k, dv2.x, ra * s1.x), A::multiply_add(-k, dv2.y, ra * s1.y), A::multiply_add(-k, dv2.z, ra * s1.z)};
+    Vector dv2{rs * s2.x, rs * s2.y, rs * s2.z};
+    Vector dv1{A::multiply_add(-k, dv2.x, ra * s1.x), A::multiply_add(-k, dv2.y, ra * s1.y), A::multiply_add(-k, dv2.z, ra * s1.z)};
     Real const by_v = rs * m.of[gp_o], by_u = A::multiply_add(-k, by_v, ra * m.of[gp_x]); // the mean on the screen
 
     // Log-scales: s1 . r1 + s2 . r2, axis by axis.
@@ -99,6 +102,20 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
     log_scale[0] = A::multiply_add(s1.x, r1.x, s2.x * r2.x);
     log_scale[1] = A::multiply_add(s1.y, r1.y, s2.y * r2.y);
     log_scale[2] = A::multiply_add(s1.z, r1.z, s2.z * r2.z);
+
+    // The share of the opacity that preserved coverage leaves: the derivative of its logarithm, where the bound does not hold it.
+    if (view.rules.coverage == Coverage::preserved) {
+        Real const dilated = across * a, kept = f.determinant / dilated;
+        auto const above = kept > A::all(0.000025f);
+        Real const by = A::select(above, m.of[gp], zero) / dilated, of_own = by / A::select(above, kept, one) - by;
+        Vector const other = splat::detail::cross(f.row2, splat::detail::cross(f.row1, f.row2)); // c v1 - b v2, without the dilation
+        Vector const more1 = detail::combined<A>(of_own, other, -h * by, f.row1), more2 = detail::combined<A>(of_own, minor, -h * by, f.row2);
+        dv1 = {dv1.x + more1.x, dv1.y + more1.y, dv1.z + more1.z};
+        dv2 = {dv2.x + more2.x, dv2.y + more2.y, dv2.z + more2.z};
+        log_scale[0] = log_scale[0] + A::multiply_add(more1.x, f.row1.x, more2.x * f.row2.x);
+        log_scale[1] = log_scale[1] + A::multiply_add(more1.y, f.row1.y, more2.y * f.row2.y);
+        log_scale[2] = log_scale[2] + A::multiply_add(more1.z, f.row1.z, more2.z * f.row2.z);
+    }
 
     // Slopes by the axes W R of the Gaussian, in view space, and by the slopes of J.
     Vector const e1{dv1.x * f.px_per_x * scale.x, dv1.y * f.px_per_x * scale.y, dv1.z * f.px_per_x * scale.z};

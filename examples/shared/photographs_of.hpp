@@ -1,0 +1,45 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <vector>
+
+namespace shared {
+
+/// The photograph of a camera. An empty path: there is none. `others` are cameras to which the file belongs as well or better: with one, it
+/// is that camera's photograph; with more, it is not clear whose it is; with none, it is this camera's.
+struct PhotographOf {
+    std::filesystem::path path;
+    std::vector<std::string> others;
+
+    bool found() const { return !path.empty() && others.empty(); }
+    /// Why it is not this camera's: "it is the photograph of "left/1.png"".
+    std::string why() const;
+};
+
+/// The photographs of `names` below a folder, in this order. A photograph has the camera's name, or this name with the extension of a picture
+/// behind it or in place of its own; folders at the beginning of a name may be missing. The camera with the longest common path, then the one
+/// with the nearest extension, owns a file. `all` are the names of the whole camera file: a camera that is not chosen owns files too.
+/// Throws `tilemesh::Error` if the folder is no directory. Cost: a few system calls for each name and folder in it.
+std::vector<PhotographOf> photographs_of(std::filesystem::path const& folder, std::vector<std::string> const& names,
+                                         std::vector<std::string> const& all);
+
+/// Has a photograph the size of its camera divided by `scale`, rounded up or down? False: it has the camera's own size. Throws
+/// `tilemesh::Error` for another size; `what` says what that means: " is not compared".
+bool is_reduced(std::filesystem::path const& photograph, tilemesh::scene::Size own, tilemesh::scene::Size camera, std::uint32_t scale,
+                std::string const& what);
+
+/// Throws `tilemesh::Error` for a mask that cannot be read, or has neither the size of its photograph nor that of the camera.
+void require_mask(std::filesystem::path const& mask, tilemesh::scene::Size photograph, tilemesh::scene::Size camera);
+
+/// "8 of 8 pictures have masks: only what is white in a mask counts"
+std::string mask_note(std::size_t masks, std::size_t pictures);
+
+/// Sets each pixel to NaN that a mask does not leave white: it does not count. In another size, a pixel counts if all around it is white. A
+/// mask without a path changes nothing. Throws `tilemesh::Error` as `read_picture` does, and for a mask without a white pixel.
+void apply_mask(tilemesh::report::Image& picture, std::filesystem::path const& mask);
+
+} // namespace shared
