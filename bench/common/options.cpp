@@ -1,7 +1,7 @@
 #include "options.hpp"
-#include <charconv>
 #include <cstdlib>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 
 namespace bench {
 
@@ -47,13 +47,12 @@ std::filesystem::path Words::path()
 std::uint32_t Words::number(std::uint32_t least, std::uint32_t most)
 {
     auto const text = value();
-    std::uint32_t n = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
-    if (error != std::errc{} || end != text.data() + text.size() || n < least || n > most)
+    auto const n = tilemesh::number_of<std::uint32_t>(text);
+    if (!n || *n < least || *n > most)
         throw Error(option_ + " cannot be " + in_quotes(text) + " (it takes a whole number from " + std::to_string(least) +
                     " to " + std::to_string(most) + "); write for example " + option_ + " " +
                     std::to_string(std::min(most, least + 1)));
-    return n;
+    return *n;
 }
 
 std::string Words::one_of(std::vector<std::string> const& names)

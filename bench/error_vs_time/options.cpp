@@ -1,11 +1,11 @@
 #include "options.hpp"
 #include "settings.hpp"
 #include <algorithm>
-#include <charconv>
 #include <common/scenes.hpp>
 #include <iterator>
 #include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 
 namespace error_vs_time {
 
@@ -15,10 +15,10 @@ tilemesh::scene::Size size_of(std::string const& text)
 {
     tilemesh::scene::Size size{0, 0};
     auto const* const end = text.data() + text.size();
-    auto const width = std::from_chars(text.data(), end, size.width);
+    auto const width = tilemesh::read_number(text.data(), end, size.width);
     bool good = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
     if (good) {
-        auto const height = std::from_chars(width.ptr + 1, end, size.height);
+        auto const height = tilemesh::read_number(width.ptr + 1, end, size.height);
         good = height.ec == std::errc{} && height.ptr == end;
     }
     // Mk2 has tiles for 1280 x 720. Below 40 x 36 pixels a picture shows nothing.

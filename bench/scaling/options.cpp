@@ -1,7 +1,7 @@
 #include "options.hpp"
-#include <charconv>
 #include <common/scenes.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 
 namespace scaling {
 
@@ -13,7 +13,7 @@ tilemesh::HostNetwork network_of(std::string const& text)
     auto const* at = text.data();
     auto const* const end = at + text.size();
     for (int i = 0; i < 3; ++i) {
-        auto const [next, error] = std::from_chars(at, end, figures[i]);
+        auto const [next, error] = tilemesh::read_number(at, end, figures[i]);
         if (error != std::errc{} || !(figures[i] >= 0) || (i < 2 ? next == end || *next != ',' : next != end || figures[i] == 0))
             throw tilemesh::Error("option --network " + text +
                                   " (not LATENCY,OVERHEAD,BANDWIDTH in microseconds, microseconds and GB/s); write for example 1.5,0.5,12");

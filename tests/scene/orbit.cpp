@@ -80,6 +80,9 @@ TEST_CASE("an orbit begins at its start and keeps distance, height and target")
     CHECK(cameras[12].position[2] == doctest::Approx(1.0 - 0.2).epsilon(1e-5));
     CHECK_FALSE(splat::same_view(cameras[1], start));
     CHECK(scene::orbit(start, target, 1.0, 0).empty());
+    CHECK(scene::orbit(start, target, -1e9, 2).size() == 2);
+    for (double const degrees : {1e308, -1.1e9, std::numeric_limits<double>::quiet_NaN()})
+        CHECK(has(error_of([&] { scene::orbit(start, target, degrees, 1); }), "degrees a frame cannot be rendered"));
     CHECK(scene::orbit(start, target, 1.0, 1).size() == 1);
 }
 

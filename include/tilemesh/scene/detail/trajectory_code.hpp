@@ -182,7 +182,10 @@ TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
 
 TILEMESH_HOST std::string unit_name(double seconds_per_unit)
 {
-    return seconds_per_unit == 1.0 ? "seconds" : seconds_per_unit == 1e-3 ? "milliseconds" : seconds_per_unit == 1e-6 ? "microseconds" : "nanoseconds";
+    return seconds_per_unit == 1.0    ? "seconds"
+           : seconds_per_unit == 1e-3 ? "milliseconds"
+           : seconds_per_unit == 1e-6 ? "microseconds"
+                                      : "nanoseconds";
 }
 
 TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
