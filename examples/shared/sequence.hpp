@@ -104,7 +104,7 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& f
             throw tilemesh::Error(o.trajectory->string() + " does not say which picture a pose belongs to (it has no time stamps, and " +
                                   std::to_string(rows) + " poses for " + std::to_string(list.size()) +
                                   " pictures); give a pose for each picture, or poses with time stamps");
-        add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i of the list"});
+        add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i, in the order of time"});
     }
     return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
 }
