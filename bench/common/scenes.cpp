@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -78,7 +79,7 @@ std::vector<tilemesh::splat::Camera> cameras_of(std::string const& motion, Scene
     if (motion == "static") {
         cameras.resize(frames + 1, start);
     } else if (motion.rfind("orbit", 0) == 0) {
-        double const degrees = std::strtod(motion.c_str() + 5, nullptr);
+        auto const degrees = tilemesh::number_of<double>(std::string_view(motion).substr(5)).value_or(NAN);
         cameras = scene::orbit(start, scene::robust_centre(scene_.map), degrees, frames + 1);
     } else if (auto const jumps = trajectory_file(scene_.map.name + "_teleport", data);
                motion == "teleport" && is_authors(scene_.map.name) && fs::exists(jumps)) {

@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <tilemesh/number_text.hpp>
 #include <vector>
 
 namespace error_vs_time {
@@ -25,7 +26,7 @@ using bench::scientific;
 /// another order differ in the ninth digit; a difference that no reader can see must not decide.
 inline double printed_error(Row const& row)
 {
-    return std::strtod(scientific(row.total.rmse, 3).c_str(), nullptr);
+    return tilemesh::number_of<double>(scientific(row.total.rmse, 3)).value_or(NAN);
 }
 /// Modelled time in units of 1e-4 ms, as the tables and the CSV print it.
 inline double printed_modelled(Row const& row)

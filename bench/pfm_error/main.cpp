@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -132,20 +132,18 @@ private:
     std::uint64_t side(std::string const& name)
     {
         auto const text = word();
-        std::uint32_t value = 0;
-        auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc{} || end != text.data() + text.size()) refuse_header();
+        auto const value = tilemesh::number_of<std::uint32_t>(text);
+        if (!value) refuse_header();
         // So that 3 * width * height fits into 64 bits.
-        if (value == 0 || value > 0x7fffffffu) refuse("its " + name + " is " + text, "write a picture that has pixels");
-        return value;
+        if (*value == 0 || *value > 0x7fffffffu) refuse("its " + name + " is " + text, "write a picture that has pixels");
+        return *value;
     }
 
     bool little_endian()
     {
         auto const text = word();
-        char* end = nullptr;
-        double const scale = std::strtod(text.c_str(), &end);
-        if (end != text.c_str() + text.size() || !std::isfinite(scale)) refuse_header();
+        auto const scale = tilemesh::number_of<double>(text).value_or(NAN);
+        if (!std::isfinite(scale)) refuse_header();
         if (std::abs(scale) != 1.0) refuse("its scale is " + text, "write it again with scale 1 or -1");
         return scale < 0.0;
     }

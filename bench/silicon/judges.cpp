@@ -80,10 +80,8 @@ public:
     std::uint32_t number(std::uint32_t most)
     {
         auto const w = word();
-        std::uint32_t n = 0;
-        auto const [end, failed] = std::from_chars(w.data(), w.data() + w.size(), n);
-        bool const whole = failed == std::errc{} && end == w.data() + w.size();
-        if (!whole || n == 0 || n > most) refuse_("a number of its phase is not from 1 to " + std::to_string(most));
+        auto const n = tilemesh::number_of<std::uint32_t>(w).value_or(0);
+        if (n == 0 || n > most) refuse_("a number of its phase is not from 1 to " + std::to_string(most));
         return last_ = n;
     }
     std::uint32_t last() const noexcept { return last_; }
@@ -188,7 +186,7 @@ std::map<std::string, double> stages_of(std::filesystem::path const& paper)
     for (std::string line; std::getline(lines, line);) {
         auto const f = fields_of(line);
         if (f.size() < 7 || f[0] != "stage" || f[6] == "null_model" || f[4].empty()) continue;
-        out.emplace(f[1] + ' ' + f[2], std::strtod(f[4].c_str(), nullptr));
+        if (auto const ms = tilemesh::number_of<double>(f[4])) out.emplace(f[1] + ' ' + f[2], *ms);
     }
     return out;
 }

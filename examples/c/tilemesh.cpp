@@ -5,6 +5,7 @@
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
 #include "../shared/codecs.hpp"
+#include "../shared/json_text.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/option_table.hpp"
 #include <algorithm>
@@ -313,12 +314,7 @@ void check(Settings const& settings, scene::Map const& map)
 /// The settings after a JSON object changed some of them.
 Settings changed(Settings settings, std::string_view text)
 {
-    Json json;
-    try {
-        json = Json::parse(text);
-    } catch (Json::exception const& why) {
-        throw Error(std::string("settings that are not JSON (") + why.what() + "); give an object such as {\"channel_slots\": 8}");
-    }
+    auto const json = shared::json_of(text, "the text of the settings");
     if (!json.is_object())
         throw Error(std::string("settings that are no object (they are a JSON ") + json.type_name() + "); give an object such as {\"channel_slots\": 8}");
     for (auto const& [name, value] : json.items()) {

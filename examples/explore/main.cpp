@@ -103,6 +103,9 @@ void check_outputs(Options const& o, Study const& study)
 
 // --- the list of finished points ---------------------------------------------------------------
 
+/// Before the digest of a line's other bytes, which ends it: a line that was edited is none.
+constexpr std::string_view check_member = ",\"check\":\"";
+
 /// A point as a line. Infinite PSNR (equal pictures) is null.
 std::string line_of(Point const& p)
 {
@@ -132,10 +135,14 @@ std::string line_of(Point const& p)
     json["whole_channels"] = p.whole_channels;
     json["weakest"] = p.weakest;
     json["weakest_share"] = p.weakest_share;
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    auto line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    line.pop_back(); // "}"
+    return line + std::string(check_member) + shared::sha256(line) + "\"}\n";
 }
 std::optional<Point> point_of(std::string const& line)
 try {
+    auto const before = line.substr(0, line.rfind(check_member));
+    if (line != before + std::string(check_member) + shared::sha256(before) + "\"}") return {};
     auto const json = Json::parse(line);
     Point p;
     p.digest = json.at("digest").get<std::string>();
@@ -159,20 +166,26 @@ try {
                                   std::pair("waiting", &p.waiting)})
         *to = json.at(key).get<std::uint32_t>();
     return p;
-} catch (Json::exception const&) { // a line that is not whole: its point runs again
+} catch (Json::exception const&) { // of another version
     return {};
 }
 
-/// The points of an earlier run, by digest. A point whose picture is gone is not among them.
-std::map<std::string, Point> read_points(fs::path const& out)
+/// The points of an earlier run, by digest. Points whose lines were edited, or whose pictures are gone, are not among them; `note` says so.
+std::map<std::string, Point> read_points(fs::path const& out, std::string& note)
 {
     std::map<std::string, Point> found;
+    std::size_t edited = 0, gone = 0;
     std::ifstream in(out / points_file, std::ios::binary);
     for (std::string line; std::getline(in, line);) {
         auto point = point_of(line);
         std::error_code refused;
-        if (point && (point->picture.empty() || fs::is_regular_file(out / point->picture, refused))) found.insert_or_assign(point->digest, std::move(*point));
+        if (!point) ++edited;
+        else if (!point->picture.empty() && !fs::is_regular_file(out / point->picture, refused)) ++gone;
+        else found.insert_or_assign(point->digest, std::move(*point));
     }
+    for (auto const& [count, what] : {std::pair(edited, "lines that were edited, or that another version wrote"),
+                                      std::pair(gone, "points whose picture is gone")})
+        if (count != 0) note += std::string("note: ") + points_file + ": " + what + ": " + thousands(count) + "; they are measured again\n";
     return found;
 }
 
@@ -199,7 +212,7 @@ public:
     Exploration(Options const& options, Study const& study) : options_(options), study_(study), points_(study.settings.size()), done_(study.settings.size())
     {
         std::map<std::string, std::size_t> groups;
-        auto const found = read_points(options.out);
+        auto const found = read_points(options.out, note_);
         for (std::size_t i = 0; i < study.settings.size(); ++i) {
             auto sized = sizes_of(study.settings[i]);
             auto key = run_key(study.settings[i], sized);
@@ -225,6 +238,7 @@ public:
     }
     std::size_t runs() const { return groups_.size(); }
     std::size_t taken_over() const { return taken_over_; }
+    std::string const& note() const { return note_; }
     std::size_t to_price() const
     {
         std::size_t n = 0;
@@ -353,6 +367,7 @@ private:
     std::vector<Point> points_;
     std::vector<bool> done_;
     std::size_t taken_over_ = 0, ran_ = 0;
+    std::string note_;
     std::map<explore::Subject const*, std::vector<report::Image>> references_;
     std::mutex mutex_, references_mutex_;
     std::atomic<bool> failed_ = false;
@@ -395,7 +410,7 @@ int run(Options const& o)
     auto const how = thousands(study.settings.size()) + " points: " + thousands(exploration.taken_over()) + " from an earlier run, " +
                      thousands(exploration.runs()) + " runs for " + thousands(exploration.to_price()) +
                      " points. Points with the same counts share a run; prices, clocks and networks need none.";
-    if (!o.quiet) std::cerr << how << std::endl;
+    if (!o.quiet) std::cerr << exploration.note() << how << std::endl;
     for (auto const& note : study.notes)
         if (!o.quiet) std::cerr << shared::one_line(note) << std::endl;
     exploration.run();

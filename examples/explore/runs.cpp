@@ -329,7 +329,7 @@ Frames run(Setting const& s, Sized const& sized, std::vector<report::Image> cons
 tilemesh::CostModel model_of(Setting const& s)
 {
     auto model = s.prices->model ? *s.prices->model : cost_model_of(*s.machine);
-    for (auto const& [parameter, value] : s.prices->changed) set_parameter(model, parameter, std::stoull(value), "guess: the study has it");
+    for (auto const& [parameter, value] : s.prices->changed) set_parameter(model, parameter, value, "guess: the study has it");
     return model;
 }
 
@@ -344,7 +344,8 @@ Point priced(Setting const& s, Frames const& frames, std::string digest)
         auto const names_of = [](std::string const& number) { return number == "barrier" ? std::string("sync") : number == "exchange_start" ? "exchange"
             : number == "exchange" ? "exchange_byte" : number; };
         for (auto const& number : s.machine->unknown()) {
-            bool const set = std::any_of(s.prices->changed.begin(), s.prices->changed.end(), [&](auto const& change) { return change[0] == names_of(number); });
+            auto const sets = [&](auto const& change) { return change.first == names_of(number); };
+            bool const set = std::any_of(s.prices->changed.begin(), s.prices->changed.end(), sets);
             bool const of_time = number != "host_link" && number != "code" && number != "columns" && number != "rows"; // the others are in no time
             if (!set && of_time) point.left_out += (point.left_out.empty() ? "" : ", ") + number;
         }

@@ -1,5 +1,6 @@
 #include "study.hpp"
 #include "../shared/input_rows.hpp"
+#include "../shared/json_text.hpp"
 #include "../shared/model_input.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/sha256.hpp"
@@ -453,7 +454,7 @@ private:
                 } catch (Error const& error) {
                     throw Error(with_remedy(error.what(), "write a parameter and a value that it can have into \"costs\""));
                 }
-                p.changed.push_back({key, std::to_string(number)});
+                p.changed.emplace_back(key, number);
                 p.name += (p.name.empty() ? "" : " ") + key + " " + std::to_string(number);
             }
             to.push_back(std::make_shared<Prices const>(std::move(p)));
@@ -474,15 +475,7 @@ private:
 
 Study load_study(fs::path const& path)
 {
-    auto const text = text_of(path);
-    Json json;
-    try {
-        json = Json::parse(text);
-    } catch (Json::parse_error const& error) {
-        auto const at = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-        throw Error(shared::one_line(path.string()) + " is no JSON (line " + std::to_string(1 + std::count(text.begin(), at, '\n')) +
-                    " ends what can be read); correct it there");
-    }
+    auto const json = shared::json_of(text_of(path), path.string());
     return Reader(path).read({json, "it"});
 }
 

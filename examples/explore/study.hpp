@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -12,6 +11,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/quality.hpp>
+#include <utility>
 #include <vector>
 
 namespace explore {
@@ -37,7 +37,7 @@ struct Subject {
 struct Prices {
     std::string name;                              ///< empty: those of the machine
     std::optional<tilemesh::CostModel> model;      ///< a file's
-    std::vector<std::array<std::string, 2>> changed; ///< parameter and value
+    std::vector<std::pair<std::string, std::uint64_t>> changed; ///< parameter and value
 };
 
 /// What can be asked of one point.

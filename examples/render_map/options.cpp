@@ -3,12 +3,12 @@
 #include "ranks.hpp"
 #include "setup_rows.hpp"
 #include <algorithm>
-#include <charconv>
 #include <span>
 #include <string_view>
 #include <thread>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <vector>
 
 namespace render_map {
@@ -26,9 +26,8 @@ void set_frame_rate(Options& o, OptionValue const& given)
     auto const text = given.text;
     auto const slash = std::min(text.find('/'), text.size());
     auto const number = [&](std::string_view digits) -> std::uint32_t {
-        std::uint32_t value = 0;
-        auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-        return error == std::errc{} && end == digits.data() + digits.size() && value <= most ? value : 0;
+        auto const value = tilemesh::number_of<std::uint32_t>(digits).value_or(0);
+        return value <= most ? value : 0;
     };
     o.fps = {number(text.substr(0, slash)), slash == text.size() ? 1 : number(text.substr(slash + 1))};
     if (o.fps.frames == 0 || o.fps.seconds == 0) throw Misfit{"it takes N or N/D, whole numbers from 1 to 1000000"};

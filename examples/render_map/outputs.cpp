@@ -4,7 +4,6 @@
 #include "journal.hpp"
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <iostream>
 #include <iterator>
@@ -13,6 +12,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/colmap.hpp>
@@ -57,7 +57,7 @@ std::string_view after_number(std::string_view name, std::size_t frames)
     constexpr std::string_view begin = "frame_";
     if (!name.starts_with(begin)) return {};
     std::size_t frame = 0;
-    auto const [end, error] = std::from_chars(name.data() + begin.size(), name.data() + name.size(), frame);
+    auto const [end, error] = tilemesh::read_number(name.data() + begin.size(), name.data() + name.size(), frame);
     if (error != std::errc{} || frame >= frames) return {};
     std::string_view const rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
     return name == frame_file(frame, std::string(rest)) ? rest : std::string_view{};

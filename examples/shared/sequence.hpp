@@ -44,7 +44,8 @@ struct SeenFrame {
 };
 
 /// The camera of pictures of this size. Throws Error unless both sides have the same scale within the rounding of a size to whole pixels.
-inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera, scene::Size size, std::string const& file, std::vector<std::string>& notes)
+inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera, scene::Size size, std::string const& file,
+                                                std::vector<std::string>& notes)
 {
     scene::Size const own{camera.camera.width, camera.camera.height};
     auto const product = [](std::uint32_t a, std::uint32_t b) { return std::int64_t{a} * std::int64_t{b}; };
@@ -54,11 +55,12 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
     // A side that is rounded is off by less than a pixel, so the product of the sides crosswise is off by less than the sum of the other size.
     auto const most = std::max(std::int64_t{own.width} + own.height, std::int64_t{size.width} + size.height);
     if (std::llabs(product(size.width, own.height) - product(size.height, own.width)) >= most)
-        throw tilemesh::Error("camera " + scene::label(camera) + " of " + file + " is not the camera of these pictures (" + by(own) + " pixels become " + by(size) +
-                              " with a scale of " + across + " across and " + down + " down); name a camera of the pictures' shape");
+        throw tilemesh::Error("camera " + scene::label(camera) + " of " + file + " is not the camera of these pictures (" + by(own) +
+                              " pixels become " + by(size) + " with a scale of " + across + " across and " + down + " down); name a camera of the "
+                              "pictures' shape");
     if (own.width != size.width || own.height != size.height)
-        notes.push_back(file + ": camera " + scene::label(camera) + " is scaled by " + across + (across == down ? "" : " across and " + down + " down") +
-                        " (" + by(own) + " pixels to " + by(size) + ")");
+        notes.push_back(file + ": camera " + scene::label(camera) + " is scaled by " + across +
+                        (across == down ? "" : " across and " + down + " down") + " (" + by(own) + " pixels to " + by(size) + ")");
     return scene::stretched(camera.camera, size);
 }
 
@@ -81,7 +83,8 @@ inline FirstCamera first_camera(SequenceOptions const& o, MapShape const& map, s
     if (!o.cameras) return {placed_camera(o, map, size, built_in)};
     FirstCamera out{};
     auto const chosen = load_cameras(o, map, size, notes, out.sized_by).front();
-    out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes) : scene::resized(chosen.camera, size.width, size.height);
+    out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes)
+                          : scene::resized(chosen.camera, size.width, size.height);
     out.names_near = chosen.names_near;
     return out;
 }
@@ -106,9 +109,10 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& f
     add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
     if (o.photos && !poses.has_stamps()) {
         if (auto const rows = poses.size() + poses.left_out; rows != list.size())
-            throw tilemesh::Error(o.trajectory->string() + " does not say which picture a pose belongs to (it has no time stamps, and " + std::to_string(rows) +
-                                  " poses for " + std::to_string(list.size()) + " pictures); give a pose for each picture, or poses with time stamps");
-        add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i of the list"});
+            throw tilemesh::Error(o.trajectory->string() + " does not say which picture a pose belongs to (it has no time stamps, and " +
+                                  std::to_string(rows) + " poses for " + std::to_string(list.size()) +
+                                  " pictures); give a pose for each picture, or poses with time stamps");
+        add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i, in the order of time"});
     }
     return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
 }
@@ -129,7 +133,8 @@ public:
         : options_(o), list_(std::move(list)), poses_(std::move(poses)), size_(size)
     {
         std::vector<double> times; // of the poses' clock: seconds, or numbers of pictures
-        for (std::size_t k = 0; k < list_.size(); k += options_.step()) times.push_back(poses_.has_stamps() ? list_[k].colour.seconds : static_cast<double>(k));
+        for (std::size_t k = 0; k < list_.size(); k += options_.step())
+            times.push_back(poses_.has_stamps() ? list_[k].colour.seconds : static_cast<double>(k));
         nearest_ = nearest_poses(times, poses_, poses_.has_stamps() ? scene::most_seconds_apart : 0.0).of_picture;
         auto const is_known = [](auto const& pose) { return pose.has_value(); };
         if (poses_.empty() || std::any_of(nearest_.begin(), nearest_.end(), is_known)) return;
@@ -168,7 +173,8 @@ private:
 };
 
 /// Both paths as SVG, seen from above: x to the right, z forward. Lost frames are left out of the estimate.
-inline std::string path_plot(std::vector<scene::StampedPose> const& estimated, std::vector<bool> const& lost, std::vector<scene::StampedPose> const& truth)
+inline std::string path_plot(std::vector<scene::StampedPose> const& estimated, std::vector<bool> const& lost,
+                             std::vector<scene::StampedPose> const& truth)
 {
     report::Plot plot{"camera path, seen from above", {"x (world units)"}, {"z (world units)"}, {}};
     plot.equal_units = true;

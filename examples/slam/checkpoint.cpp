@@ -3,6 +3,7 @@
 #include "../shared/text.hpp"
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <system_error>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 
 namespace slam_program {
@@ -84,7 +86,8 @@ std::optional<std::string> Checkpoint::find(std::size_t frames) const
     if (lines[0] + "\n" != first_line()) why = "is not of this version (its first line is another)";
     else if (lines[3] != seal_of(lines[1], lines[2], state)) why = "is damaged (its digest is of other bytes)";
     else if (lines[1] != made_from_) why = "is of another run (its options or the files that it read are others)";
-    else if (std::stoull(lines[2]) > frames) why = "has more frames than --frames allows (" + lines[2] + ")";
+    else if (auto const count = tilemesh::number_of<std::uint64_t>(lines[2]); !count) why = "is damaged (its number of frames is none)";
+    else if (*count > frames) why = "has more frames than --frames allows (" + lines[2] + ")";
     if (why.empty()) return state;
     std::error_code refused;
     fs::rename(path_, aside_, refused);

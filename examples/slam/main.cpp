@@ -226,7 +226,8 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
                                                              {"PSNR of other frames, dB", rounded(psnr)}};
     if (!out.truths.empty()) {
         auto const& e = errors.emplace(track::trajectory_errors(out.estimates, out.truths));
-        numbers.emplace_back("error of positions, share of the median depth (" + std::to_string(e.poses) + " pictures)", rounded(e.ate.rmse / facts.scale));
+        numbers.emplace_back("error of positions, share of the median depth (" + std::to_string(e.poses) + " pictures)",
+                             rounded(e.ate.rmse / facts.scale));
         printer.say(shared::error_lines(e, facts.scale, out.done.size()));
     }
     auto const gaussians = session.map().gaussians.size();
@@ -255,7 +256,8 @@ void write_all(Options const& o, slam::Session& session, Outcome const& out, Fac
         report::write_whole(*o.report, file.text() + "\n");
     }
     if (growth != nullptr)
-        report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()), shared::path_plot(estimated, is_lost, truth)));
+        report::write_whole(*o.page, slam_program::page_of(numbers, growth->three(session.mapper(), out.done.size()),
+                                                           shared::path_plot(estimated, is_lost, truth)));
     printer.say(std::to_string(out.done.size()) + " frames, " + std::to_string(out.lost) + " lost, " + std::to_string(out.keyframe_count) +
                 " keyframes, " + std::to_string(gaussians) + " Gaussians; " + rounded(psnr) + " dB in " + std::to_string(compared) +
                 " other frames; " + rounded(out.all_ms / frames) + " ms a frame\n");
@@ -309,8 +311,8 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     if (!(facts.scale > 0))
         throw Error(std::string("the first picture has no known depth (") +
                     (has_depth ? "its depth picture has none, and a map needs depths); begin with a picture that has them, or change --depth-scale"
-                               : "no depth picture belongs to it, and a map needs depths); begin with a picture that has one, or allow more time between "
-                                 "them with --depth-within"));
+                               : "no depth picture belongs to it, and a map needs depths); begin with a picture that has one, or allow more time "
+                                 "between them with --depth-within"));
 
     slam::SessionOptions how;
     how.mapper.optimiser = o.optimiser;

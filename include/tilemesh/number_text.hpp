@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -228,6 +229,15 @@ std::from_chars_result read_number(char const* first, char const* last, T& value
     else
         return std::from_chars(first, last, value);
 #endif
+}
+
+/// All of `text` as a number, as `read_number` reads it; nothing if it is no number, or out of the range of T.
+template <class T>
+std::optional<T> number_of(std::string_view text) noexcept
+{
+    T value{};
+    auto const [end, error] = read_number(text.data(), text.data() + text.size(), value);
+    return error == std::errc{} && end == text.data() + text.size() ? std::optional<T>(value) : std::nullopt;
 }
 
 /// std::to_chars(first, last, value): the shortest text that reads back as this number. It also works with a standard library whose

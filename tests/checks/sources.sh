@@ -81,6 +81,8 @@ refuse "full paths, in angle brackets" "$(printf '%s\n' "$includes" | grep -v '^
 json='report/json(_frame)?\.hpp' # what only the users of nlohmann-json include
 refuse "nlohmann-json is for $json" "$(printf '%s\n' "$includes" | grep nlohmann | grep -vE "^($json):" || true)"
 refuse "$json are for users" "$(printf '%s\n' "$includes" | grep -E "<tilemesh/($json)>" | grep -vE "^($json): " || true)"
+refuse "numbers are read by number_text.hpp" "$(grep -rnE '\b(sto(i|u?ll?|f|d)|strto(f|d|u?ll?)|from_chars|ato[ifl]|sscanf)\(' \
+    --include='*.[ch]pp' . ../../examples ../../bench | grep -v '^./number_text.hpp:' || true)"
 # shellcheck disable=SC2086
 refuse "no #pragma once" "$(grep -L '^#pragma once' $all || true)"
 # shellcheck disable=SC2086

@@ -109,7 +109,8 @@ inline PlainHeader plain_header(std::string const& line)
         }
         if (!word.empty() && !in_unit) names.push_back(word);
         std::string const end = word.size() > 3 && !in_unit ? word.substr(word.size() - 3) : "";
-        for (auto const& [unit, seconds] : {std::pair{"ms", 1e-3}, std::pair{"us", 1e-6}, std::pair{"ns", 1e-9}, std::pair{"s", 1.0}, std::pair{"sec", 1.0}})
+        using Unit = std::pair<char const*, double>;
+        for (auto const& [unit, seconds] : {Unit{"ms", 1e-3}, Unit{"us", 1e-6}, Unit{"ns", 1e-9}, Unit{"s", 1.0}, Unit{"sec", 1.0}})
             if (names.size() <= 1 && (in_unit ? word == unit : end == std::string("_") + unit)) out.seconds_per_unit = seconds;
         word.clear();
         if (c == '[' || c == '(') in_unit = true;

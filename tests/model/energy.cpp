@@ -178,7 +178,8 @@ TEST_CASE("energy: the file")
     begins("", "0 ends the file (it holds no energy model); begin it with \"energy NAME\"");
     begins("model m\n", "1 begins no energy model");
     begins("energy m\ntile_cycle 1 pJ x\n", "2 has another unit (tile_cycle is in fJ, not in \"pJ\"); convert the value");
-    begins("energy m\nslot 1 pJ x\n", "2 has an unknown parameter (\"slot\"); use sent_byte, capacity_byte, tile_cycle, or the name of an operation and the unit fJ");
+    begins("energy m\nslot 1 pJ x\n", "2 has another unit (slot is in fJ, not in \"pJ\"); convert the value");
+    begins("energy m\nslot 1 W x\n", "2 has an unknown parameter (\"slot\"); use sent_byte, capacity_byte, tile_cycle, or the name of an operation and the unit fJ");
     CHECK(read("energy m\nswap 1 fJ x\n").events[0].name == "swap"); // an operation of a user's program
     begins("energy m\nslot 1 fJ\n", "2 has no source");
     begins("energy m\nslot 1.5 fJ x\n", "2 has no whole number (slot is \"1.5\"); write digits only, from 0 to 4000000000");

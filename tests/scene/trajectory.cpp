@@ -157,7 +157,7 @@ TEST_CASE("the unit of time stamps is found from their date or their step, or th
     CHECK(stamps("#timestamp [s],x,y,z,q_x,q_y,q_z,q_w\n") == 5033.0);
     auto const noted = read_any("1305031102175 0 0 0 0 0 0 1\n1305031102208 0 0 0 0 0 0 1\n");
     CHECK(noted[0].seconds == doctest::Approx(1305031102.175).epsilon(1e-15));
-    CHECK(has(noted.reader_notes.at(0), "in milliseconds, "));
+    CHECK(has(noted.reader_notes.at(0), ", in milliseconds"));
 }
 
 TEST_CASE("a lost frame of a trajectory is a comment line")
@@ -396,7 +396,7 @@ TEST_CASE("a header tells the order of the quaternion and the unit of the stamps
     auto const poses = read_any("#timestamp,tx,ty,tz,qx,qy,qz,qw\n1311868164.363400,0.05,0.02,-0.1,0.02,0.03,0.01,0.9993\n");
     CHECK(poses.format == Format::tum);
     CHECK(poses[0].pose.rotation[2][2] == doctest::Approx(0.9974).epsilon(1e-4)); // nearly no turn; w first it would be upside down
-    CHECK(has(scene::trajectory_notes(poses).at(0), "read as timestamp, position, qx qy qz qw in seconds, as its header says"));
+    CHECK(has(scene::trajectory_notes(poses).at(0), "read as timestamp, position, qx qy qz qw, as its header says, in seconds"));
     CHECK(has(refusal_of_any("# t qx qy qz qw tx ty tz\n0 0 0 0 1 1 2 3\n"), "its header has the quaternion from column 2, not 5"));
 }
 

@@ -117,7 +117,11 @@ private:
             auto after = rest;
             take_word(after);
             bool const of_network = first == "network" || first.substr(0, 8) == "network.";
-            if (kind_.unit.empty() || (kind_.network && of_network) || !is_operation_name(first) || take_word(after) != kind_.unit)
+            auto const unit = take_word(after);
+            if (!kind_.unit.empty() && !of_network && is_operation_name(first) && unit != kind_.unit && unit.ends_with(kind_.unit.substr(1)))
+                refuse("has another unit", shown(first) + " is in " + std::string(kind_.unit) + ", not in \"" + shown(unit) + "\"",
+                       "convert the value");
+            if (kind_.unit.empty() || (kind_.network && of_network) || !is_operation_name(first) || unit != kind_.unit)
                 refuse("has an unknown parameter", "\"" + shown(first) + "\"",
                        "use " + all_names(of_network) +
                            (kind_.unit.empty() ? "" : ", or the name of an operation and the unit " + std::string(kind_.unit)));

@@ -32,9 +32,13 @@ glm::dvec3 robust_centre(AnyMap const& map)
     return centre;
 }
 
+/// The most degrees a frame: a double still has a ten-millionth of a degree there.
+inline constexpr double most_orbit_degrees = 1e9;
+
 /// Returns `frames` cameras on a circle about the vertical axis through `target_world`, which is along `up`. Frame 0 is `start`, bit for bit.
 /// Frame k is `start` rotated about the axis by k * `degrees_per_frame`, computed from k alone, so that no error accumulates. A positive
 /// angle moves a camera that faces the axis to its own left, as in the recorded orbits of the paper's maps.
+/// Throws `Error` for more than `most_orbit_degrees` in either direction.
 TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
                                                double degrees_per_frame, std::uint32_t frames,
                                                glm::dvec3 up = {0.0, -1.0, 0.0});

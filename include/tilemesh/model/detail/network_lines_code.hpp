@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <tilemesh/model/network.hpp>
 #include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/parameter_file.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -61,10 +61,8 @@ TILEMESH_HOST std::vector<ParameterRule> network_rules()
 
 TILEMESH_HOST std::optional<std::uint64_t> number_within(std::string_view text, std::uint64_t least, std::uint64_t most)
 {
-    std::uint64_t value = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < least || value > most) return {};
-    return value;
+    auto const value = number_of<std::uint64_t>(text);
+    return value && *value >= least && *value <= most ? value : std::nullopt;
 }
 
 TILEMESH_HOST std::optional<NetworkNumber> rate_of(std::string_view text, std::uint64_t most)

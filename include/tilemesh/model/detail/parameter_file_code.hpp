@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <istream>
@@ -11,6 +10,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/parameter_file.hpp>
+#include <tilemesh/number_text.hpp>
 #include <utility>
 #include <vector>
 
@@ -121,7 +121,7 @@ TILEMESH_HOST std::uint64_t ParameterFile::whole_number(ParameterRule const& rul
 {
     auto const& known = rule.name;
     std::uint64_t value = 0;
-    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    auto const [end, error] = read_number(word.data(), word.data() + word.size(), value);
     bool const whole = end == word.data() + word.size();
     if (!whole || error == std::errc::invalid_argument)
         refuse("has no whole number", known + " is \"" + shown(word) + "\"", "write digits only, " + range_text(rule));

@@ -6,6 +6,9 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
+#include <string>
+#include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -17,6 +20,9 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
                                                double degrees_per_frame, std::uint32_t frames, glm::dvec3 up)
 {
+    if (!(std::fabs(degrees_per_frame) <= most_orbit_degrees))
+        throw Error("an orbit of " + number_text(degrees_per_frame) + " degrees a frame cannot be rendered (its angles are not known to a part of a "
+                    "degree); give at most 1e9 degrees");
     glm::dmat3 const to_upright = upright(up);
     std::vector<splat::Camera> cameras;
     cameras.reserve(frames);

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <utility>
@@ -130,10 +130,9 @@ TILEMESH_HOST void PlyHeaderReader::add_element(Words const& words)
 {
     if (words.size() != 3) refuse("an element needs a name and a count");
     PlyElement element{std::string(words[1]), 0, 0, false, {}};
-    auto const last = words[2].data() + words[2].size();
-    auto const [end, error] = std::from_chars(words[2].data(), last, element.count);
-    if (error != std::errc{} || end != last)
-        refuse("the count " + in_quotes(words[2]) + " is not a whole number below 2^64");
+    auto const count = number_of<std::uint64_t>(words[2]);
+    if (!count) refuse("the count " + in_quotes(words[2]) + " is not a whole number below 2^64");
+    element.count = *count;
     if (!element_names_.insert(element.name).second) refuse("element " + in_quotes(words[1]) + " comes twice");
     property_names_.clear();
     header_.elements.push_back(std::move(element));

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -93,11 +92,9 @@ TILEMESH_HOST void AsciiRows::end_row()
 
 TILEMESH_HOST std::uint64_t AsciiRows::count() const
 {
-    std::uint64_t n = 0;
-    auto const last = word_.data() + length_;
-    auto const [end, error] = std::from_chars(word_.data(), last, n);
-    if (error != std::errc{} || end != last) refuse("a list of " + in_quotes(word()) + " items");
-    return n;
+    auto const n = number_of<std::uint64_t>({word_.data(), length_});
+    if (!n) refuse("a list of " + in_quotes(word()) + " items");
+    return *n;
 }
 
 TILEMESH_HOST double AsciiRows::number(PlyType type) const

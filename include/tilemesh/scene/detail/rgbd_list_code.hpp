@@ -157,8 +157,9 @@ TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path
             double nearest = std::numeric_limits<double>::infinity();
             for (auto const& frame : associate(colour, depth, nearest))
                 if (has_depth(frame)) nearest = std::fmin(nearest, std::fabs(frame.colour.seconds - frame.depth.seconds));
-            throw Error("no picture of " + detail::shown_path(path) + " has a depth (" + number_text(*depth_within) + " s from a picture to its depth are "
-                        "allowed, and the nearest is " + significant(nearest, 3) + " s away); allow more with --depth-within, or correct the time stamps");
+            throw Error("no picture of " + detail::shown_path(path) + " has a depth (" + number_text(*depth_within) +
+                        " s from a picture to its depth are allowed, and the nearest is " + significant(nearest, 3) +
+                        " s away); allow more with --depth-within, or correct the time stamps");
         }
     }
     for (auto& [colour, depth, mask] : frames) {

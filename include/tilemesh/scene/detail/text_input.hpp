@@ -49,8 +49,9 @@ template <class T>
 bool parse_number(std::string_view word, T& value)
 {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-    auto const [end, error] = read_number(word.data(), word.data() + word.size(), value);
-    return error == std::errc{} && end == word.data() + word.size() && !word.empty();
+    auto const read = number_of<T>(word);
+    if (read) value = *read;
+    return read.has_value();
 }
 
 /// For a number outside the range of a double: is it too small, not too large? It is too small if its first digit other than 0 is after the

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -90,7 +89,7 @@ TILEMESH_HOST bool is_tiny(std::string_view number)
     std::string_view written = number.substr(std::min(e + 1, number.size()));
     if (written.starts_with('+')) written.remove_prefix(1);
     std::int64_t exponent = 0;
-    auto const [end, error] = std::from_chars(written.data(), written.data() + written.size(), exponent);
+    auto const [end, error] = read_number(written.data(), written.data() + written.size(), exponent);
     if (error == std::errc::result_out_of_range) return written.starts_with('-');
     return exponent < -place;
 }

@@ -182,7 +182,10 @@ TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
 
 TILEMESH_HOST std::string unit_name(double seconds_per_unit)
 {
-    return seconds_per_unit == 1.0 ? "seconds" : seconds_per_unit == 1e-3 ? "milliseconds" : seconds_per_unit == 1e-6 ? "microseconds" : "nanoseconds";
+    return seconds_per_unit == 1.0    ? "seconds"
+           : seconds_per_unit == 1e-3 ? "milliseconds"
+           : seconds_per_unit == 1e-6 ? "microseconds"
+                                      : "nanoseconds";
 }
 
 TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
@@ -316,8 +319,8 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
     bool const euroc = trajectory.format == TrajectoryFormat::euroc;
     double const unit = only_tum ? 1.0 : header.seconds_per_unit.value_or(euroc && format && whole ? 1e-9 : found);
     if (!only_tum && (euroc ? !commas || unit != 1e-9 : commas || unit != 1.0))
-        trajectory.reader_notes.push_back(std::string("read as timestamp, position, ") + (euroc ? "qw qx qy qz" : "qx qy qz qw") + " in " +
-                                          unit_name(unit) + ", " + reason);
+        trajectory.reader_notes.push_back(std::string("read as timestamp, position, ") + (euroc ? "qw qx qy qz" : "qx qy qz qw") + ", " +
+                                          reason + ", in " + unit_name(unit));
     trajectory.reserve(rows.size());
     for (auto const& row : rows) trajectory.push_back(stamped_pose(row, euroc, unit, trajectory.far_from_unit));
     return trajectory;
