@@ -53,6 +53,8 @@
 #    include <emscripten/heap.h>
 #else
 #    include <tilemesh/render/homes_renderer.hpp>
+#    include <tilemesh/scene/camera_json.hpp>
+#    include <tilemesh/scene/named_camera.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
 #endif
@@ -434,6 +436,10 @@ public:
             throw Error("no depth of the picture (its address is null, and the tracker began with depth); give one, or begin without");
         if (!std::isfinite(seconds))
             throw Error("a time stamp that is not finite (the prediction needs the time between frames); give seconds");
+        // A map may shine beyond 1, and resampling swings a little below 0.
+        if (auto const* const odd = std::find_if(rgb, rgb + 3 * all, [](float v) { return v < -0.5f || v > 2.0f; }); odd != rgb + 3 * all)
+            throw Error("a picture with a colour of " + tilemesh::number_text(double{*odd}) + " (colours are 0 to 1, and at most 2 where a map shines); " +
+                        (*odd < 0 ? "bring its range to 0 to 1" : "divide levels of 0 to 255 by 255"));
         tilemesh::track::TrackTarget target{report::Image(size_.width, size_.height), {}};
         std::copy(rgb, rgb + 3 * all, target.colour.rgb.begin());
         if (with_depth_) {
@@ -707,6 +713,7 @@ struct tilemesh_handle {
     char const* tile(std::uint32_t index);
     char const* gaussian(std::uint32_t id);
     char const* trajectory(char const* name, void const* bytes, std::size_t length);
+    char const* cameras(char const* path);
 
     /// Calls `act`, keeps its error, and returns its result, or `failed`.
     template <class T, class Act>
@@ -1311,6 +1318,24 @@ char const* tilemesh_handle::trajectory(char const* name, void const* bytes, std
     return answer(text + "]}");
 }
 
+char const* tilemesh_handle::cameras([[maybe_unused]] char const* path)
+{
+#if defined(__EMSCRIPTEN__)
+    throw NotBuilt("a file of cameras (this build has no files); give the numbers of a camera");
+#else
+    if (path == nullptr) throw Error("no cameras (the path is null); name a file, or a folder of COLMAP");
+    Json json = {{"notes", Json::array()}, {"cameras", Json::array()}};
+    std::vector<std::string> notes;
+    for (auto const& each : scene::load_cameras(std::filesystem::path(path), &notes)) {
+        auto numbers = numbers_of(each.camera, {});
+        for (int axis = 0; axis < 3 && each.position; ++axis) numbers[static_cast<std::size_t>(9 + axis)] = (*each.position)[axis];
+        json["cameras"].push_back({{"name", scene::label(each)}, {"width", each.camera.width}, {"height", each.camera.height}, {"camera", numbers}});
+    }
+    json["notes"] = notes;
+    return answer(dumped(json));
+#endif
+}
+
 // --- the functions -----------------------------------------------------------------------------------------------------------
 
 namespace {
@@ -1365,6 +1390,10 @@ int tilemesh_load(tilemesh_handle* handle, char const* name, void const* bytes, 
 char const* tilemesh_trajectory(tilemesh_handle* handle, char const* name, void const* bytes, size_t length)
 {
     return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->trajectory(name, bytes, length); });
+}
+char const* tilemesh_cameras(tilemesh_handle* handle, char const* path)
+{
+    return handle == nullptr ? nullptr : handle->guarded<char const*>(nullptr, [&] { return handle->cameras(path); });
 }
 int tilemesh_set(tilemesh_handle* handle, char const* json)
 {

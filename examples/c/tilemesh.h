@@ -6,7 +6,7 @@
  *
  * Threads: handles share nothing, so threads with a handle each need no lock. At most one thread at a time may be in a call with the same
  * handle, `tilemesh_destroy` and `tilemesh_error` included; it may be another thread for each call. A frame itself runs on as many threads
- * as the setting `threads` says.
+ * as the setting `threads` says. A child of `fork` may use its copies of handles if no call was under way: they start new threads there.
  *
  * Stability: a function, a setting, a member of a JSON answer and a number below never changes its meaning and never goes. New ones may
  * come, and then TILEMESH_C_VERSION grows by 1. A program that was compiled with a header may use each library whose
@@ -29,7 +29,7 @@
 #include <stdint.h>
 
 /* The version of this interface. */
-#define TILEMESH_C_VERSION 3
+#define TILEMESH_C_VERSION 4
 
 #if defined(TILEMESH_C_EXPORT)
 #define TILEMESH_C __attribute__((visibility("default"), used))
@@ -83,6 +83,12 @@ TILEMESH_C int tilemesh_load_file(tilemesh_handle* handle, char const* path);
  * `rotation` and `position` are numbers 0 to 11 of a camera for `tilemesh_render`. Without stamps `seconds` is the pose's number. */
 TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* name, void const* bytes, size_t length);
 
+/* Reads the cameras of a file on disk: JSON of this library, of 3DGS training or of nerfstudio (transforms.json), or a COLMAP model, of which
+ * `path` may be the folder. The handle does not change. Returns JSON, or NULL with an error:
+ *   {"notes": [text...], "cameras": [{"name": "SCENE/NAME" or "NAME", "width", "height", "camera": [17 numbers]}, ...]}
+ * `camera` is for a picture of `width` x `height` pixels. Since version 4. The page has no files (TILEMESH_NOT_BUILT). */
+TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* path);
+
 /* Changes settings: a JSON object with some of the names below, such as {"width": 320, "channel_slots": 8}. Settings that it does not
  * name stay. NULL or "{}" changes nothing. Returns 1, or 0 with an error; then no setting changes. The next frame uses the settings. A
  * change of anything but `difference`, `background`, `follow` and `exposure` begins a new mesh in the next frame, which loads the map.
@@ -116,7 +122,7 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
  *   exposure           true: a tracker that begins now also finds the gain and offset of each picture; default false */
 TILEMESH_C int tilemesh_set(tilemesh_handle* handle, char const* json);
 
-/* Renders a frame. `camera`: 17 finite numbers,
+/* Renders a frame. `camera`: 17 finite numbers, an orthonormal rotation that is not mirrored, as in a camera file,
  *   0 to 8    rows of the rotation from world to camera (x axis, y axis, z axis of the camera in world space),
  *   9 to 11   the centre of the camera in world space, in the coordinates of the map's file,
  *   12 to 15  fx, fy, cx, cy in pixels of the settings' width and height; the centre of the first pixel is at (0.5, 0.5),
@@ -191,9 +197,9 @@ TILEMESH_C char const* tilemesh_gaussian(tilemesh_handle* handle, uint32_t id);
  * `exposure` of this call; a new map forgets it. Returns 1, or 0 with an error; an error in the camera leaves the old tracker. */
 TILEMESH_C int tilemesh_track_begin(tilemesh_handle* handle, double const* camera, int with_depth);
 
-/* Tracks the next picture: `rgb` has 3 floats a pixel, linear, 0 to 1; `depth` 1 float a pixel in world units, 0 or NaN where it is not
- * known, or NULL for a tracker without depth. A pixel with a NaN in its colour does not count. `pixels` is the number of pixels, which must
- * be that of the tracker. `seconds` is the time of the picture. `camera` receives the 17 numbers of the camera that was found; NULL: none.
+/* Tracks the next picture: `rgb` has 3 floats a pixel, linear, 0 to 1 (below -0.5 and above 2 are refused); `depth` 1 float a pixel in world
+ * units, 0 or NaN where it is not known, or NULL for a tracker without depth. A pixel with a NaN in its colour does not count. `pixels` is
+ * the number of pixels, which must be that of the tracker. `seconds` is the time of the picture. `camera` receives the 17 numbers of the camera that was found; NULL: none.
  * Returns 1, or 0 with an error. A frame that is lost is no error: the camera is then a prediction. `tilemesh_report(handle, "track")` says:
  *   {"verdict": "converged" | "weak" | "lost", "why": text, "seconds", "camera": [17 numbers], "mean_cost", "evaluations",
  *    "exposure": {"log_gain", "offset"}, "median_depth"}

@@ -143,15 +143,16 @@ std::vector<Choice> product(std::vector<std::pair<std::string, Value>> const& me
     return out;
 }
 
-/// Reads a study. Relative paths begin at its folder.
+/// Reads a study. Relative paths begin at its folder, or at the one that it names.
 class Reader {
 public:
     explicit Reader(fs::path const& path) : folder_(path.parent_path()) { study_.read.push_back(path); }
 
     Study read(Value const& all)
     {
-        all.allow({"name", "maps", "size", "views", "machines", "grid", "programs", "presets", "policies", "qualities", "sizes", "costs"});
+        all.allow({"name", "folder", "maps", "size", "views", "machines", "grid", "programs", "presets", "policies", "qualities", "sizes", "costs"});
         study_.name = all.get("name") ? all.get("name")->text() : study_.read.front().stem().string();
+        if (auto const folder = all.get("folder")) folder_ /= folder->text();
         if (auto const size = all.get("size")) size_ = pair_of(*size);
         if (auto const views = all.get("views")) read_views(*views);
         if (auto const grid = all.get("grid")) grid_ = tilemesh::Extent2{pair_of(*grid).width, pair_of(*grid).height};

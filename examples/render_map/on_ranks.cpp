@@ -232,6 +232,7 @@ public:
         own_->render_into(camera, frame);
     }
     void observe(tilemesh::Observer observer) override { own_->observe(std::move(observer)); } // of this process's part
+    void require_idle() const override { own_->require_idle(); }
     splat::Rules& rules() override { return own_->rules(); }
     scene::Map const& map() const override { return own_->map(); } // this process's share
     tilemesh::Extent2 grid() override { return own_->grid(); }

@@ -8,6 +8,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/counters.hpp>
 #include <tilemesh/engine/trace.hpp>
+#include <tilemesh/error.hpp>
 #include <tilemesh/render/core.hpp>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/renderer_options.hpp>
@@ -91,11 +92,12 @@ public:
         make(std::move(map), setup, options, homes);
     }
     /// A core of your own.
-    explicit Renderer(std::unique_ptr<render::Core> core) : core_(std::move(core)) {}
+    explicit Renderer(std::unique_ptr<render::Core> core) : core_(std::move(core)) { (void)this->core(); }
     /// The program `automatic` with cores of your own. A frame that may not fit is of homes at once.
     Renderer(std::unique_ptr<render::Core> anchored, MakeHomes make_homes, render::MayFitAnchored const& may_fit)
         : core_(std::move(anchored)), make_homes_(std::move(make_homes)), may_fit_(may_fit)
     {
+        (void)core();
     }
 
     RenderedFrame render(splat::Camera const& camera)
@@ -107,24 +109,25 @@ public:
     /// Renders into an existing frame and reuses its memory, for many frames of one size. After an exception the frame holds no picture.
     void render_into(splat::Camera const& camera, RenderedFrame& frame);
     /// Builds the mesh for frames of this size and loads the map, which the first frame does otherwise.
-    void prepare(std::uint32_t width, std::uint32_t height) { core_->prepare(width, height); }
+    void prepare(std::uint32_t width, std::uint32_t height) { core().prepare(width, height); }
     /// Moves records to the tiles that will want them in the view of `camera`, without a picture (render::FrameRenderer::prefetch).
-    render::Prefetched prefetch(splat::Camera const& camera) { return core_->prefetch(camera); }
+    render::Prefetched prefetch(splat::Camera const& camera) { return core().prefetch(camera); }
 
     /// The rules of the picture. Change them between frames.
-    splat::Rules& rules() { return core_->rules(); }
+    splat::Rules& rules() { return core().rules(); }
     /// Names the demand to which the map was reduced. From now on `render` throws Error for a view that the demand does not cover, and it
     /// counts the records that were not loaded as parked.
     void hold_to(scene::Demand const& demand);
-    /// Sets the function that the mesh calls after every superstep; see SuperstepEvent. It follows a change of the program.
+    /// Sets the function that the mesh calls after every superstep; see SuperstepEvent. It follows a change of the program. What it throws
+    /// comes out of `render`. It may read everything; if it renders, prepares, prefetches or observes with this renderer, it gets an Error.
     void observe(Observer observer);
     /// The trace of the last frame, superstep by superstep. Throws Error without `RendererOptions::trace`.
-    Trace const& trace() const { return std::as_const(*core_).trace(); }
+    Trace const& trace() const { return std::as_const(core()).trace(); }
 
-    scene::Map const& map() const { return core_->map(); } ///< the records that the renderer has; perhaps in another order
-    Extent2 grid() const { return core_->grid(); }         ///< tiles of the last frame; call `render` first
-    Extent2 tile() const { return core_->tile(); }         ///< pixels of a tile in the last frame; call `render` first
-    render::Setup const& setup() const { return core_->setup(); } ///< with the sizes of the last frame
+    scene::Map const& map() const { return core().map(); } ///< the records that the renderer has; perhaps in another order
+    Extent2 grid() const { return core().grid(); }         ///< tiles of the last frame; call `render` first
+    Extent2 tile() const { return core().tile(); }         ///< pixels of a tile in the last frame; call `render` first
+    render::Setup const& setup() const { return core().setup(); } ///< with the sizes of the last frame
     /// The slots of one bloom channel. Without bloom: of one routing channel. Without both: 0.
     std::uint32_t channel_slots() const
     {
@@ -132,11 +135,15 @@ public:
         return s.program == splat::Program::homes ? s.sizes.road : s.blooms ? s.sizes.beam : s.routes ? s.sizes.road : 0;
     }
     /// The tiles of the picture that composited in the last frame; the others kept their pixels. It is a fact about the host.
-    std::uint32_t composited_tiles() const noexcept { return core_->composited_tiles(); }
+    std::uint32_t composited_tiles() const { return core().composited_tiles(); }
 
     /// The program of the last frame, and of the next one unless that would lack something. Its mesh has the states of the tiles
-    /// (`dynamic_cast<render::HostRenderer&>`).
-    render::Core& core() const noexcept { return *core_; }
+    /// (`dynamic_cast<render::HostRenderer&>`). Throws Error, as every member function, if this object was moved from.
+    render::Core& core() const
+    {
+        if (!core_) throw Error("a Renderer without a core (it was moved from, or made of none); use the one to which it was moved");
+        return *core_;
+    }
     /// Why `automatic` changed to homes, in words: "1200 records and 3 copies would be missing". Empty as long as it did not change.
     std::string const& change() const noexcept { return change_; }
     /// Why it could not change to homes: the text of the Error. Empty if it could, or need not.

@@ -146,8 +146,9 @@ function(form_fetchcontent)
     form_subdirectory(-DWITH_FETCHCONTENT=ON)
 endfunction()
 
+# With the definitions of GLM that programs for Vulkan have.
 function(form_plain)
-    run(${CXX} -std=c++20 ${flags} -I "${SOURCE}/include" "${here}/app/main.cpp" "${here}/second_unit.cpp" -pthread -o "${work}/app")
+    run(${CXX} -std=c++20 ${flags} -DGLM_FORCE_INTRINSICS -DGLM_FORCE_DEFAULT_ALIGNED_GENTYPES -I "${SOURCE}/include" "${here}/app/main.cpp" "${here}/second_unit.cpp" -pthread -o "${work}/app")
     expect_output(app/expected.txt)
 endfunction()
 

@@ -162,6 +162,24 @@ TEST_CASE("what an observer throws comes out of run(), itself, and the mesh refu
     }
 }
 
+TEST_CASE("an observer that runs or observes its own mesh gets an error, and the run goes on")
+{
+    on_each<Repeat<Tick>>({5, 2}, [&](auto& mesh) {
+        std::uint64_t calls = 0;
+        mesh.observe([&](SuperstepEvent const&) {
+            ++calls;
+            CHECK(has(error_of([&] { mesh.run(); }), "its own observer"));
+            CHECK(has(error_of([&] { mesh.observe({}); }), "its own observer"));
+        });
+        mesh.run();
+        CHECK(calls == 7);
+        CHECK(mesh.template state<Visits>(TileId::at(1, 1)).count == 7 * 10);
+        mesh.observe({});
+        mesh.run();
+        CHECK(calls == 7);
+    }, {7});
+}
+
 TEST_CASE("an observer is not told of a superstep that broke a contract")
 {
     on_each<Repeat<Overflow>>({5, 2}, [&](auto& mesh) {

@@ -257,6 +257,19 @@ TEST_CASE("a mistake is one line, and the handle lives")
             camera[i] = v;
             CHECK(!handle.render(camera));
         }
+    for (char const* const fault : {"zero", "mirrored", "sheared"}) { // as camera files refuse them; a tracker, too
+        CAPTURE(fault);
+        auto camera = start;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (*fault == 'z') camera[i] = camera[3 + i] = camera[6 + i] = 0;
+            if (*fault == 'm') camera[i] = -camera[i];
+            if (*fault == 's') camera[i] += 0.01 * camera[3 + i];
+        }
+        CHECK(!handle.render(camera));
+        CHECK(handle.error().find(*fault == 'm' ? "its rotation is mirrored" : "its rotation is not orthonormal") != std::string::npos);
+        CHECK(tilemesh_track_begin(handle.at, camera.data(), 0) == 0);
+        CHECK(is_one_line(handle.error()));
+    }
     CHECK(tilemesh_render(handle.at, nullptr) == 0);
     CHECK(tilemesh_pixels(handle.at, "rgb") == nullptr);
     CHECK(tilemesh_pixels(handle.at, nullptr) == nullptr);
@@ -274,6 +287,10 @@ TEST_CASE("a mistake is one line, and the handle lives")
     CHECK(tilemesh_trajectory(handle.at, "t", "1 2 3", 5) == nullptr);
     CHECK(is_one_line(handle.error()));
     CHECK(tilemesh_trajectory(handle.at, "t", nullptr, 0) == nullptr);
+    CHECK(tilemesh_cameras(handle.at, nullptr) == nullptr);
+    CHECK(is_one_line(handle.error()));
+    CHECK(tilemesh_cameras(handle.at, "no such file") == nullptr);
+    CHECK(is_one_line(handle.error()));
 
     // The frame is still there, and the next one is as it would have been.
     CHECK(handle.report("digest")["picture"] == digest);

@@ -4,10 +4,12 @@ import json
 import math
 import os
 import stat
+import subprocess
 import sys
 import tempfile
 import threading
 import unittest
+import warnings
 from pathlib import Path
 
 if os.environ.get("WITHOUT") == "numpy":
@@ -87,6 +89,68 @@ class Package(unittest.TestCase):
                     lambda: renderer.track_begin(start), lambda: renderer.track(picture)]:
             self.assertIn("close()", self.refused(act, None))
 
+    def test_cameras(self):
+        c, s = math.cos(0.3), math.sin(0.3)
+        rotation, position = [[c, 0, s], [0, 1, 0], [-s, 0, c]], [1.0, 2.0, 3.0]
+        camera = tilemesh.Camera(rotation, position, 100, 101, 80, 48)
+        self.assertEqual(camera.numbers, [c, 0, s, 0, 1, 0, -s, 0, c, 1, 2, 3, 100, 101, 80, 48, 0.2])
+        same = [tilemesh.Camera.of(camera.numbers), tilemesh.Camera(tuple(sum(rotation, [])), tuple(position), 100.0, 101, 80, 48)]
+        to_world = [[rotation[j][i] for j in range(3)] + [position[i]] for i in range(3)]
+        same.append(tilemesh.Camera.from_matrix(to_world, 100, 101, 80, 48, camera_to_world=True))
+        same.append(tilemesh.Camera.from_matrix(to_world + [[0, 0, 0, 1]], 100, 101, 80, 48, camera_to_world=True))
+        if tilemesh.numpy is not None:
+            array, number = tilemesh.numpy.array, tilemesh.numpy.float64
+            same.append(tilemesh.Camera(array(rotation), array(position), number(100), tilemesh.numpy.int32(101), 80, 48))
+            same.append(tilemesh.Camera.of(array(camera.numbers)))
+        for other in same:
+            self.assertEqual(other, camera)
+            self.assertEqual(hash(other), hash(camera))
+        world_to_camera = [row + [-sum(a * b for a, b in zip(row, position))] for row in rotation]
+        back = tilemesh.Camera.from_matrix(world_to_camera, 100, 101, 80, 48)
+        self.assertEqual(back.rotation, camera.rotation)
+        self.assertLess(math.dist(back.position, position), 1e-12)
+        self.assertIn("rotation", self.refused(lambda: tilemesh.Camera([1.0] * 8, position, 1, 1, 1, 1), None))
+        for act in [lambda: tilemesh.Camera(rotation, "abc", 1, 1, 1, 1), lambda: tilemesh.Camera(rotation, position, "f", 1, 1, 1),
+                    lambda: tilemesh.Camera.of(None), lambda: tilemesh.Camera.of(object()), lambda: tilemesh.Camera.from_matrix(rotation, 1, 1, 1, 1),
+                    lambda: tilemesh.Camera.from_matrix([1.0] * 16, 1, 1, 1, 1), lambda: camera.resized(1, 1)]:
+            self.refused(act, None)
+        self.assertIn("Camera.moved", self.refused(lambda: camera.moved(object()), None))
+        self.assertIn("Camera.moved", self.refused(lambda: camera.moved(right="x"), None))
+
+        file = WORK / "cameras.json"
+        pose = {"width": 160, "height": 96, "fx": 100, "fy": 101, "cx": 80, "cy": 48, "world_to_camera": world_to_camera + [[0, 0, 0, 1]]}
+        file.write_text(json.dumps({"cameras": [{"name": "a", **pose}, {"name": "b", "scene": "s", **pose}]}))
+        self.assertEqual(list(tilemesh.read_cameras(file)), ["a", "s/b"])
+        read = tilemesh.Camera.from_file(file, "s/b")
+        self.assertEqual((read.size, read.fx, read.fy), ((160, 96), 100, 101))
+        self.assertLess(max(abs(a - b) for a, b in zip(read.numbers, camera.numbers)), 1e-6)
+        for act in [lambda: tilemesh.Camera.from_file(str(file)), lambda: tilemesh.Camera.from_file(file, "c")]:
+            self.assertIn("a, s/b", self.refused(act, None))
+        self.refused(lambda: tilemesh.Camera.from_file(WORK / "absent.json"))
+        self.refused(lambda: tilemesh.Camera.from_file(5), None)
+        with tilemesh.Renderer(width=320, height=192) as renderer:
+            self.assertIn("160 x 96", self.refused(lambda: renderer.render(read), None))
+            self.assertIn("160 x 96", self.refused(lambda: renderer.track_begin(read), None))
+            larger = read.resized(320, 192)
+            self.assertEqual((larger.fx, larger.fy, larger.cx, larger.cy), (200, 202, 160, 96))
+            renderer.render(larger)
+            r = camera.rotation
+            for name, wrong in [("mirrored", [-v for v in r[:3]] + list(r[3:])), ("orthonormal", [0.0] * 9), ("orthonormal", [r[0], r[1] + 0.1, *r[2:]])]:
+                for act in [lambda: renderer.render(tilemesh.Camera(wrong, position, 100, 100, 80, 48)),
+                            lambda: renderer.track_begin(tilemesh.Camera(wrong, position, 100, 100, 80, 48))]:
+                    self.assertIn(name, self.refused(act))
+
+    def test_settings_of_other_types(self):
+        with tilemesh.Renderer(**SMALL) as renderer:
+            if tilemesh.numpy is not None:
+                renderer.set(width=tilemesh.numpy.int64(64), background=tilemesh.numpy.array([0.25, 0.5, 1.0], "f"), depth=tilemesh.numpy.bool_(True))
+                self.assertEqual([renderer.settings[s] for s in ["width", "background", "depth"]], [64, [0.25, 0.5, 1.0], True])
+            renderer.set(background=(0, 0.5, 1))
+            for act in [lambda: renderer.load(5), lambda: tilemesh.read_points(5), lambda: tilemesh.front(5, "a"), lambda: tilemesh.front([{"a": 1}], 5),
+                        lambda: tilemesh.explore(5, WORK), lambda: tilemesh.explore({}, 5), lambda: renderer.render(5), lambda: renderer.track_begin(5)]:
+                self.refused(act, None)
+            self.assertIn("Renderer.set", self.refused(lambda: renderer.set(width=1)))
+
     def test_programs_and_facts(self):
         with tilemesh.Renderer(**SMALL) as plain, tilemesh.Renderer(**SMALL, storage_slots=40) as crowded, tilemesh.Renderer(**SMALL, program="anchored") as traced:
             pictures = [r.render() for r in (plain, crowded, traced)]
@@ -123,7 +187,8 @@ class Package(unittest.TestCase):
         with tilemesh.Renderer(width=320, height=180, depth=True) as renderer:
             start = renderer.start
             frame = renderer.render(start)
-            self.refused(lambda: renderer.track(frame.colour), 3)
+            self.assertIn("Renderer.track_begin", self.refused(lambda: renderer.track(frame.colour), 3))
+            self.refused(lambda: renderer.track("x"), None)
             for depth in [None, frame.depth]:
                 renderer.track_begin(start.moved(right=0.01), depth=depth is not None)
                 found = renderer.track(frame.colour, depth)
@@ -141,6 +206,22 @@ class Package(unittest.TestCase):
                 black = tilemesh.numpy.zeros((180, 320, 3))  # doubles are converted
                 turned = tilemesh.numpy.ascontiguousarray(frame.colour.transpose(2, 0, 1)).transpose(1, 2, 0)  # not contiguous
                 self.assertLess(math.dist(renderer.track(turned, frame.depth).camera.position, start.position), 1e-4)
+            self.refused(lambda: renderer.track(frame.colour, frame.depth, "now"), None)
+            # Types and ranges say what the numbers are, or they are refused.
+            levels = [min(max(round(255 * v), 0), 255) for v in memoryview(frame.colour).cast("B").cast("f")]
+            bytes_of = memoryview(bytes(levels)).cast("B", [180, 320, 3])
+            scaled = memoryview(array.array("f", levels)).cast("B").cast("f", [180, 320, 3])
+            millimetres = memoryview(array.array("H", [round(1000 * z) for z in memoryview(frame.depth).cast("B").cast("f")])).cast("B").cast("H", [180, 320])
+            self.assertLess(math.dist(renderer.track(bytes_of, frame.depth).camera.position, start.position), 1e-2)
+            self.assertIn("255", self.refused(lambda: renderer.track(scaled, frame.depth)))
+            self.assertIn("depth_scale", self.refused(lambda: renderer.track(frame.colour, millimetres), None))
+            self.assertLess(math.dist(renderer.track(frame.colour, millimetres, depth_scale=1000).camera.position, start.position), 1e-2)
+            for scale in [0, -1, float("nan"), float("inf"), "x"]:
+                self.refused(lambda: renderer.track(frame.colour, millimetres, depth_scale=scale), None)
+            self.refused(lambda: renderer.track(millimetres, frame.depth), None)
+            if tilemesh.numpy is not None:
+                for wrong in ["i8", "u2", "?"]:
+                    self.assertIn("uint8", self.refused(lambda: renderer.track((255 * frame.colour).astype(wrong), frame.depth), None))
             lost = renderer.track(black, frame.depth)
             self.assertEqual(lost.verdict, "lost")
             self.assertTrue(lost.why)
@@ -172,6 +253,54 @@ class Package(unittest.TestCase):
                 if not shared:
                     for renderer in renderers:
                         renderer.close()
+
+    def test_a_forked_child_renders(self):
+        with tilemesh.Renderer(**SMALL, threads=3) as renderer:
+            start = renderer.start
+            before = floats(renderer.render(start).colour)
+            busy = threading.Thread(target=lambda: [renderer.render(start.moved(right=0.01 * i)) for i in range(8)])
+            busy.start()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 warns of any thread
+                child = os.fork()
+            if child == 0:
+                status = 1
+                try:
+                    same = floats(renderer.render(start).colour) == before
+                    renderer.close()  # its threads are the parent's
+                    with tilemesh.Renderer(**SMALL, threads=2) as another:
+                        status = 0 if same and floats(another.render(start).colour) == before else 2
+                finally:
+                    os._exit(status)
+            timer = threading.Timer(120, os.kill, (child, 9))
+            timer.start()
+            self.assertEqual(os.waitpid(child, 0)[1], 0)
+            timer.cancel()
+            busy.join()
+            self.assertEqual(floats(renderer.render(start).colour), before)
+
+    def test_the_interpreter_ends_in_silence(self):
+        program = """
+import os, sys, threading, time
+if os.environ["WITHOUT"]:
+    sys.modules["numpy"] = None
+import tilemesh
+renderer = tilemesh.Renderer(width=160, height=96, threads=2, depth=True)
+frame = renderer.render()
+renderer.track_begin(renderer.start, depth=True)
+def work():
+    while True:
+        renderer.track(frame.colour, frame.depth) if sys.argv[1] == "track" else renderer.render(renderer.start.moved(right=0.01))
+        if sys.argv[1] == "make":
+            tilemesh.Renderer(width=64, height=48, threads=2).render()
+for _ in range(3):
+    threading.Thread(target=work, daemon=True).start()
+time.sleep(0.3 + 0.02 * int(sys.argv[2]))
+"""
+        for what in ["render", "track", "make"]:
+            for i in range(2):
+                ended = subprocess.run([sys.executable, "-c", program, what, str(i)], capture_output=True, timeout=120)
+                self.assertEqual((ended.returncode, ended.stdout, ended.stderr), (0, b"", b""), (what, i))
 
     def test_memory_is_freed(self):
         def resident():
@@ -207,7 +336,14 @@ class Package(unittest.TestCase):
             self.assertEqual([p["name"] for p in tilemesh.front(points, "-error", "ms")], ["half", "equal"])
             self.assertEqual(tilemesh.front([], "ms"), [])
             self.assertEqual(tilemesh.read_points(out / "points.csv"), points)
-            self.assertEqual(json.loads((out / "study.json").read_text()), {"machines": ["half", "whole"]})
+            self.assertEqual(json.loads((out / "study.json").read_text()), {"machines": ["half", "whole"], "folder": os.getcwd()})
+            study = {"machines": ["half"], "maps": [Path("a.ply")], "folder": Path("sub"), "size": (64, 48)}
+            plain = {"machines": ["half"], "maps": ["a.ply"], "folder": os.path.join(os.getcwd(), "sub"), "size": [64, 48]}
+            if tilemesh.numpy is not None:
+                study["size"] = tilemesh.numpy.array([64, 48])
+                study["costs"], plain["costs"] = [{"clock": tilemesh.numpy.float32(0.5)}], [{"clock": 0.5}]
+            tilemesh.explore(study, out, program=program)
+            self.assertEqual(json.loads((out / "study.json").read_text()), plain)
             self.assertEqual(self.refused(lambda: tilemesh.explore({}, out, program=program), None), "no study (it names no machine); name one")
             self.assertIn("--target explore", self.refused(lambda: tilemesh.explore({}, out, program=folder / "absent"), None))
             self.refused(lambda: tilemesh.explore({"a": float("nan")}, out, program=program), None)

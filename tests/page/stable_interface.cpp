@@ -219,6 +219,12 @@ TEST_CASE("a tracker finds the camera of a rendered picture, and says when it is
     }
     CHECK(tilemesh_track(handle.at, rgb.data(), depth.data(), 320 * 180, nan, nullptr) == 0);
     CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+    for (auto const& [by, plus] : {std::pair(255.0f, 0.0f), std::pair(2.0f, -1.0f)}) { // levels; -1 to 1
+        auto levels = rgb;
+        for (auto& v : levels) v = by * v + plus;
+        CHECK(tilemesh_track(handle.at, levels.data(), depth.data(), 320 * 180, 0.0, nullptr) == 0);
+        CHECK_MESSAGE(handle.error().find(plus == 0.0f ? "divide levels of 0 to 255 by 255" : "0 to 1") != std::string::npos, handle.error());
+    }
     auto bad = guess;
     bad[3] = nan;
     CHECK(tilemesh_track_begin(handle.at, bad.data(), 0) == 0);
@@ -267,6 +273,28 @@ TEST_CASE("cameras are in the coordinates of the file, also far from 0")
         CHECK(far_map["target"][k].get<double>() - by[k] == doctest::Approx(near_map["target"][k].get<double>()).epsilon(1e-3).scale(1));
         CHECK(Json::parse(tilemesh_gaussian(handle.at, 1))["mean"][k].get<double>() == doctest::Approx(far[0][k]).epsilon(1e-12));
     }
+}
+
+TEST_CASE("the cameras of a file have the numbers of the file, and render")
+{
+    std::ofstream("page_cameras.json") << R"({"cameras": [{"name": "a", "scene": "s", "width": 160, "height": 96, "fx": 100, "fy": 101, "cx": 80.5,
+        "cy": 48.25, "near": 0.5, "world_to_camera": [[1, 0, 0, -4000000.25], [0, 0, 1, 2], [0, -1, 0, 3], [0, 0, 0, 1]]}]})";
+    Handle handle;
+    REQUIRE(handle.set(small));
+    auto const* const text = tilemesh_cameras(handle.at, "page_cameras.json");
+    REQUIRE_MESSAGE(text != nullptr, handle.error());
+    auto const read = Json::parse(text);
+    REQUIRE(read["cameras"].size() == 1);
+    auto const& camera = read["cameras"][0];
+    CHECK(camera["name"] == "s/a");
+    CHECK(camera["width"] == 160);
+    CHECK(camera["height"] == 96);
+    auto const numbers = camera["camera"].get<std::vector<double>>();
+    CHECK(numbers == std::vector<double>{1, 0, 0, 0, 0, 1, 0, -1, 0, 4000000.25, 3, -2, 100, 101, 80.5, 48.25, 0.5});
+    CHECK_MESSAGE(handle.render(numbers), handle.error());
+    std::ofstream("page_cameras.json") << R"({"cameras": [{"name": "a"}]})";
+    CHECK(tilemesh_cameras(handle.at, "page_cameras.json") == nullptr);
+    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
 }
 
 TEST_CASE("maps in every format that the build has, from bytes and from files")

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <tilemesh/engine/counters.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/frame_layout.hpp>
 #include <tilemesh/renderer.hpp>
@@ -85,6 +86,23 @@ std::vector<BadCamera> bad_cameras()
             camera.*member = value;
             out.push_back({"a member not above 0", camera});
         }
+    for (char const* const fault : {"zero", "mirrored", "sheared", "scaled", "transposed and scaled"}) {
+        auto camera = support::lens(64, 48, 0.3f);
+        auto& r = camera.rotation;
+        for (int i = 0; i < 3; ++i) {
+            if (*fault == 'z') r[0][i] = r[1][i] = r[2][i] = 0;
+            if (*fault == 'm') r[0][i] = -r[0][i];
+            if (fault[1] == 'h') r[0][i] += 0.01f * r[1][i];
+            if (fault[1] == 'c') r[1][i] *= 1.01f;
+            if (*fault == 't') r[2][i] *= 2.0f;
+        }
+        out.push_back({fault, camera});
+    }
+    for (float const focal : {1e-3f, 3e7f}) { // less than a thousandth of the width; more than 2^24
+        auto camera = sound();
+        camera.fx = focal;
+        out.push_back({"a focal length", camera});
+    }
     for (std::uint32_t splat::Camera::*const member : {&splat::Camera::width, &splat::Camera::height})
         for (std::uint32_t const value : {0u, 65536u, 0xffffffffu}) {
             auto camera = sound();
@@ -98,7 +116,7 @@ std::vector<BadCamera> bad_cameras()
 
 TEST_SUITE_BEGIN("render");
 
-TEST_CASE("every renderer refuses a camera that is not finite, not above 0, or has no size; and goes on")
+TEST_CASE("every renderer refuses a camera that is not finite, not above 0, no rotation, or has no size; and goes on")
 {
     for (auto const& door : doors()) {
         INFO(door.name);
@@ -110,6 +128,55 @@ TEST_CASE("every renderer refuses a camera that is not finite, not above 0, or h
         }
         CHECK(support::differing_pixels(renderer.render(sound()).image, before.image) == 0);
     }
+}
+
+TEST_CASE("an observer that renders, prepares, prefetches or observes with its own renderer gets an error, and its frame goes on")
+{
+    auto const turned = support::lens(64, 48, 0.2f);
+    for (auto const& door : doors()) {
+        INFO(door.name);
+        auto renderer = door.make(cloud(), {});
+        (void)renderer.render(sound());
+        bool const homes = renderer.setup().program == splat::Program::homes; // they prepare nothing
+        int calls = 0;
+        renderer.observe([&](SuperstepEvent const&) {
+            ++calls;
+            for (auto const& camera : {sound(), turned, support::lens(640, 480)}) CHECK_FALSE(refusal([&] { (void)renderer.render(camera); }).empty());
+            CHECK(homes == refusal([&] { renderer.prepare(640, 480); }).empty());
+            CHECK_FALSE(refusal([&] { (void)renderer.prefetch(sound()); }).empty());
+            CHECK_FALSE(refusal([&] { renderer.observe({}); }).empty());
+            renderer.rules().background[1] = 0.5f; // of the next frame
+        });
+        auto const seen = renderer.render(turned);
+        CHECK(calls > 0);
+        CHECK(support::differing_pixels(seen.image, door.make(cloud(), {}).render(turned).image) == 0);
+    }
+}
+
+TEST_CASE("what an observer throws comes out of render, and the next frame is whole")
+{
+    auto const turned = support::lens(64, 48, 0.2f);
+    for (auto const& door : doors()) {
+        INFO(door.name);
+        auto renderer = door.make(cloud(), {});
+        renderer.observe([](SuperstepEvent const&) { throw Error("enough (of this); stop"); });
+        CHECK(refusal([&] { (void)renderer.render(turned); }) == "enough (of this); stop");
+        CHECK(renderer.change_refused().empty());
+        renderer.observe({});
+        CHECK(support::differing_pixels(renderer.render(turned).image, door.make(cloud(), {}).render(turned).image) == 0);
+    }
+}
+
+TEST_CASE("a renderer that was moved from, or has no core, says so")
+{
+    for (auto const& door : doors()) {
+        auto renderer = door.make(cloud(), {});
+        auto const taken = std::move(renderer);
+        CHECK(refusal([&] { (void)renderer.render(sound()); }).find("moved from") != std::string::npos); // NOLINT(bugprone-use-after-move)
+        CHECK_FALSE(refusal([&] { renderer.observe({}); }).empty());
+        CHECK_FALSE(refusal([&] { (void)renderer.map(); }).empty());
+    }
+    CHECK_FALSE(refusal([] { Renderer(std::unique_ptr<render::Core>()); }).empty());
 }
 
 TEST_CASE("every renderer refuses rules that are negative or not a number, and backgrounds outside 0 to 1")

@@ -97,6 +97,29 @@ TEST_CASE("auto renders with anchored tiles until a frame would lose something, 
     CHECK(same(back.image, wide.image));
 }
 
+TEST_CASE("auto: an observer's Error in the first frame of homes comes out, and the next frame tries homes again")
+{
+    Renderer renderer(cloud(), options(60));
+    auto const of_homes = [&] { return renderer.core().setup().program == splat::Program::homes; };
+    renderer.observe([&](SuperstepEvent const&) {
+        if (of_homes()) throw Error("enough (of this); stop");
+    });
+    CHECK_THROWS_WITH_AS((void)renderer.render(camera(24)), "enough (of this); stop", Error);
+    CHECK(renderer.change_refused().empty());
+    int refused = 0;
+    renderer.observe([&](SuperstepEvent const&) {
+        try {
+            if (of_homes()) (void)renderer.render(camera(2400));
+        } catch (Error const&) {
+            ++refused;
+        }
+    });
+    auto const crowd = renderer.render(camera(24));
+    CHECK(refused > 0);
+    CHECK(crowd.report.program == Program::homes);
+    CHECK(same(crowd.image, Renderer(cloud(), options(60)).render(camera(24)).image));
+}
+
 TEST_CASE("each program alone, and a map with more records than anchored tiles have slots")
 {
     auto const map = cloud();

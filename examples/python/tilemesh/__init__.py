@@ -9,30 +9,38 @@ The package calls the C interface, libtilemesh_c.so, through ctypes. It needs Py
 arrays; without it they are memoryviews of the same shape. Both own their memory: they stay valid whatever happens to the renderer.
 
 Axes: x right, y down, z forward, as in OpenCV. Pictures have their first row at the top; colours are linear, 0 to 1, as composited.
+
+Every failure is an Error, also an argument of a wrong type. A child of fork may use the renderers of its parent. At the end of the interpreter,
+calls of other threads come to their end, and none begins.
 """
 from __future__ import annotations
 
+import atexit
 import csv as _csv
 import ctypes
+import functools
 import json
 import os
+import re
 import shutil
 import subprocess
 import threading
 import weakref
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Iterable, Mapping, Sequence, Union
+from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence, TypeVar, Union
 
 try:
     import numpy
 except ImportError:  # pictures are memoryviews then
     numpy = None  # type: ignore[assignment]
 
-__all__ = ["Camera", "Error", "Frame", "Renderer", "TrackedFrame", "explore", "front", "read_points"]
+__all__ = ["Camera", "Error", "Frame", "Renderer", "TrackedFrame", "explore", "front", "read_cameras", "read_points"]
 
 Picture = Any  # numpy.ndarray of float32, or a memoryview of floats
 Text = Union[str, "os.PathLike[str]"]
+Numbers = Any  # an iterable of numbers or of such iterables, as lists and numpy arrays are
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Error(Exception):
@@ -44,31 +52,110 @@ class Error(Exception):
         self.code = code
 
 
+def _door(function: Function) -> Function:
+    """What Python says of an argument that does not fit becomes an Error, which names the function."""
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except (AttributeError, OverflowError, TypeError, ValueError) as error:
+            raise Error(f"{function.__qualname__.split('.__')[0]} with an argument that does not fit ({error}); correct it") from None
+    return call  # type: ignore[return-value]
+
+
+def _flat(numbers: Numbers) -> Iterator[float]:
+    numbers = numbers.tolist() if hasattr(numbers, "tolist") else numbers
+    if isinstance(numbers, (str, bytes)):
+        raise TypeError(f"a text in place of numbers: {numbers[:40]!r}")
+    if isinstance(numbers, Iterable):
+        for each in numbers:
+            yield from _flat(each)
+    else:
+        yield float(numbers)
+
+
+def _json_text(value: Any) -> str:
+    """As JSON, with numbers and arrays of numpy, and paths."""
+    def plain(other: Any) -> Any:
+        return other.tolist() if hasattr(other, "tolist") else os.fspath(other)
+    return json.dumps(value, allow_nan=False, default=plain, indent=1)
+
+
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera. `rotation` has the rows of the rotation from world to camera, `position` is the camera's centre in the coordinates
-    of the map's file; `fx`, `fy`, `cx`, `cy` are in pixels, and the centre of the first pixel is at (0.5, 0.5)."""
+    """A pinhole camera. `rotation` has the rows of the rotation from world to camera, as 3 x 3 or 9 numbers; `position` is the camera's centre
+    in the coordinates of the map's file; `fx`, `fy`, `cx`, `cy` are in pixels, and the centre of the first pixel is at (0.5, 0.5). `near` is in
+    units of the map. `size`, if it is known, is the (width, height) for which the lens is; a renderer of another size refuses the camera."""
 
     rotation: tuple[float, ...]  # 9 numbers, row by row
-    position: tuple[float, float, float]
+    position: tuple[float, ...]  # 3 numbers
     fx: float
     fy: float
     cx: float
     cy: float
     near: float = 0.2
+    size: tuple[int, ...] | None = None  # width and height
+
+    @_door
+    def __post_init__(self) -> None:
+        """All members become plain numbers, so that cameras can be compared and hashed."""
+        for name, count in [("rotation", 9), ("position", 3), ("fx", 1), ("fy", 1), ("cx", 1), ("cy", 1), ("near", 1), ("size", 2)]:
+            if (value := getattr(self, name)) is None:
+                continue
+            numbers = tuple(_flat(value))
+            if len(numbers) != count:
+                raise Error(f"a camera with {len(numbers)} numbers for {name} (it has {count}); give {'3 x 3 or 9' if count == 9 else count}")
+            object.__setattr__(self, name, tuple(map(int, numbers)) if name == "size" else numbers if count > 1 else numbers[0])
 
     @classmethod
-    def of(cls, numbers: Iterable[float]) -> Camera:
-        """From the 17 numbers of the C interface."""
-        n = [float(v) for v in numbers]
+    @_door
+    def of(cls, numbers: Numbers) -> Camera:
+        """From the 17 numbers of the C interface: 0 to 8 the rotation, row by row, 9 to 11 the position, 12 to 15 fx, fy, cx, cy, 16 near."""
+        n = tuple(_flat(numbers))
         if len(n) != 17:
-            raise Error(f"a camera of {len(n)} numbers (it has 17: rotation, position, fx, fy, cx, cy, near); give all of them")
-        return cls(tuple(n[:9]), (n[9], n[10], n[11]), *n[12:])
+            raise Error(f"a camera of {len(n)} numbers (it has 17: rotation, position, fx, fy, cx, cy, near); give all of them, or use "
+                        "Camera.from_matrix")
+        return cls(n[:9], n[9:12], *n[12:])
+
+    @classmethod
+    @_door
+    def from_matrix(cls, matrix: Numbers, fx: float, fy: float, cx: float, cy: float, near: float = 0.2, *, camera_to_world: bool = False,
+                    size: Sequence[int] | None = None) -> Camera:
+        """From a pose of 4 x 4 or 3 x 4 numbers, row by row: world to camera, as OpenCV and COLMAP write it, or camera to world. The camera
+        looks along its z axis, y is down."""
+        m = tuple(_flat(matrix))
+        if len(m) not in (12, 16) or len(m) == 16 and sum(abs(a - b) for a, b in zip(m[12:], (0, 0, 0, 1))) > 1e-6:
+            raise Error(f"a matrix of {len(m)} numbers (a pose has 3 x 4, or 4 x 4 of which the last row is 0 0 0 1); give one of these")
+        rows, t = (m[0:3], m[4:7], m[8:11]), (m[3], m[7], m[11])
+        columns = tuple(zip(*rows))
+        if camera_to_world:
+            return cls(columns, t, fx, fy, cx, cy, near, size)
+        return cls(rows, [-sum(a * b for a, b in zip(column, t)) for column in columns], fx, fy, cx, cy, near, size)
+
+    @classmethod
+    def from_file(cls, file: Text, name: str | None = None) -> Camera:
+        """A camera of a file or COLMAP folder that `read_cameras` reads. `name` may be left out if there is one camera."""
+        cameras = read_cameras(file)
+        if name is None and len(cameras) == 1:
+            return next(iter(cameras.values()))
+        if name not in cameras:
+            shown = ", ".join(list(cameras)[:20]) + (" ..." if len(cameras) > 20 else "")
+            raise Error(f"{'no name of a camera' if name is None else f'no camera {name!r}'} ({os.fspath(file)} has {shown or 'none'}); name one")
+        return cameras[name]
 
     @property
     def numbers(self) -> list[float]:
         return [*self.rotation, *self.position, self.fx, self.fy, self.cx, self.cy, self.near]
 
+    @_door
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view in another size, as render_map's --size: the horizontal field of view stays. Needs `size`."""
+        if self.size is None:
+            raise Error("a camera whose size is not known (its lens is in pixels of it); give size = (width, height)")
+        by = width / self.size[0]
+        return replace(self, fx=self.fx * by, fy=self.fy * by, cx=self.cx * by, cy=self.cy * height / self.size[1], size=(width, height))
+
+    @_door
     def moved(self, right: float = 0.0, down: float = 0.0, forward: float = 0.0) -> Camera:
         """The camera after steps along its own axes, in units of the map."""
         step = [sum(by * self.rotation[3 * row + axis] for row, by in enumerate((right, down, forward))) for axis in range(3)]
@@ -98,9 +185,30 @@ class TrackedFrame:
     facts: dict[str, Any] = field(repr=False)
 
 
-_VERSION = 2
+_VERSION = 4
 _library: ctypes.CDLL | None = None
-_library_lock = threading.Lock()
+_library_lock = threading.RLock()
+_renderers: weakref.WeakSet[Renderer] = weakref.WeakSet()  # under that lock
+_held: list[Any] = []
+
+
+def _hold() -> None:
+    """Waits until no call runs, and lets none begin. So a child of fork has no frame halfway, and no thread is in the library while the
+    process ends: a thread that comes later waits for good."""
+    _library_lock.acquire()
+    _held.append(_library_lock)
+    for renderer in list(_renderers):
+        renderer._lock.acquire()
+        _held.append(renderer._lock)
+
+
+def _release() -> None:
+    while _held:
+        _held.pop().release()
+
+
+atexit.register(_hold)
+os.register_at_fork(before=_hold, after_in_parent=_release, after_in_child=_release)
 
 
 def _load_library() -> ctypes.CDLL:
@@ -121,7 +229,7 @@ def _load_library() -> ctypes.CDLL:
         handle, text, number = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
         for name, result, arguments in [
             ("create", handle, []), ("destroy", None, [handle]), ("error", text, [handle]), ("error_code", number, [handle]),
-            ("load_file", number, [handle, text]), ("load", number, [handle, text, text, ctypes.c_size_t]), ("set", number, [handle, text]),
+            ("load_file", number, [handle, text]), ("cameras", text, [handle, text]), ("load", number, [handle, text, text, ctypes.c_size_t]), ("set", number, [handle, text]),
             ("render", number, [handle, handle]), ("pixels", handle, [handle, text]), ("report", text, [handle, text]),
             ("track_begin", number, [handle, handle, number]),
             ("track", number, [handle, handle, handle, ctypes.c_size_t, ctypes.c_double, handle]),
@@ -139,13 +247,15 @@ class Renderer:
     """
 
     def __init__(self, map: Text | None = None, **settings: Any) -> None:
-        self._c = _load_library()
-        self._lock = threading.Lock()
-        handle = self._c.tilemesh_create()
-        if not handle:
-            raise Error("no renderer (memory is short); free some", 2)
-        self._handle: int | None = handle
-        self._free = weakref.finalize(self, self._c.tilemesh_destroy, handle)
+        self._lock = threading.RLock()
+        with _library_lock:
+            self._c = _load_library()
+            self._handle: int | None = self._c.tilemesh_create()
+            if not self._handle:
+                raise Error("no renderer (memory is short); free some", 2)
+            self._free = weakref.finalize(self, self._c.tilemesh_destroy, self._handle)
+            self._free.atexit = False  # the process frees all of it
+            _renderers.add(self)
         self._track_size: tuple[int, int] | None = None
         try:
             self.set(**{"program": "auto", "threads": min(os.cpu_count() or 1, 256), **settings})
@@ -157,23 +267,21 @@ class Renderer:
 
     # --- what a renderer is
 
+    @_door
     def load(self, map: Text | None) -> None:
         """Another map: PLY, compressed PLY, .splat, SPZ or SOG; None: the built-in one. An error leaves the old map."""
         with self._lock:
             if map is None:
                 self._call("load", None, None, 0)
             else:
-                path = os.fsencode(map)
-                if b"\0" in path:
-                    raise Error("a map whose name has a zero byte (no file has such a name); name a file")
-                self._call("load_file", path)
+                self._call("load_file", _path(map))
             self._track_size = None
 
     def set(self, **settings: Any) -> None:
         """Changes settings: width, height, quality, program, depth, alpha, threads, preset, machine, slots ... (tilemesh.h lists all). An
         error changes none. The next frame uses them."""
         try:
-            text = json.dumps(settings, allow_nan=False)
+            text = _json_text(settings)
         except (TypeError, ValueError) as error:
             raise Error(f"settings that are no JSON ({error}); give numbers, texts, true or false") from None
         with self._lock:
@@ -201,30 +309,35 @@ class Renderer:
 
     # --- what it does
 
-    def render(self, camera: Camera | Iterable[float] | None = None) -> Frame:
+    @_door
+    def render(self, camera: Camera | Numbers | None = None) -> Frame:
         """Renders a frame; None: from `start`. Records begin on the tiles where the last frame left them."""
-        numbers = _numbers(self.start if camera is None else camera)
         with self._lock:
-            self._call("render", numbers)
+            self._call("render", self._numbers(self.start if camera is None else camera))
             summary = self._json("frame")
             size = summary["height"], summary["width"]
             planes = {what: self._copy(what, size) if self._wanted(what) else None for what in ("depth", "alpha")}
             return Frame(self._copy("rgb_float", (*size, 3)), planes["depth"], planes["alpha"], summary, self._json("run"))
 
-    def track_begin(self, camera: Camera | Iterable[float], depth: bool = False) -> None:
+    @_door
+    def track_begin(self, camera: Camera | Numbers, depth: bool = False) -> None:
         """Begins to track with the settings' width and height: `camera` is the guess for the first picture. `depth`: pictures have one."""
-        numbers = _numbers(camera)
         with self._lock:
-            self._call("track_begin", numbers, 1 if depth else 0)
+            self._call("track_begin", self._numbers(camera), 1 if depth else 0)
             settings = self._json("settings")
             self._track_size = settings["height"], settings["width"]
 
-    def track(self, colour: Picture, depth: Picture | None = None, seconds: float = 0.0) -> TrackedFrame:
-        """Finds the camera of the next picture: `colour` of the shape (height, width, 3), linear, 0 to 1; `depth` of (height, width)."""
+    @_door
+    def track(self, colour: Picture, depth: Picture | None = None, seconds: float = 0.0, *, depth_scale: float | None = None) -> TrackedFrame:
+        """Finds the camera of the next picture: `colour` of the shape (height, width, 3), linear, floats of 0 to 1 or uint8 of 0 to 255; `depth`
+        of (height, width) in units of the map, times `depth_scale` if it is given: 1000 for millimetres in a map of metres. Whole numbers
+        need one."""
         with self._lock:
             size = self._track_size or (0, 0)
-            rgb, rgb_at = _floats(colour, (*size, 3), "picture", self._track_size is not None)
-            deep, deep_at = (None, None) if depth is None else _floats(depth, size, "depth", self._track_size is not None)
+            if depth_scale is not None and not 0 < depth_scale < float("inf"):
+                raise Error(f"a depth_scale of {depth_scale} (it is the number of one unit in the picture); give one above 0")
+            rgb, rgb_at = _floats(colour, (*size, 3), "picture", self._track_size is not None, None)
+            deep, deep_at = (None, None) if depth is None else _floats(depth, size, "depth", self._track_size is not None, depth_scale)
             self._call("track", rgb_at, deep_at, size[0] * size[1], float(seconds), None)
             del rgb, deep  # not before: they own what the call read
             facts = self._json("track")
@@ -247,13 +360,19 @@ class Renderer:
     def _call(self, name: str, *arguments: Any) -> Any:
         if self._handle is None:
             raise Error("a renderer after close() (its memory is freed); make another one")
-        result = getattr(self._c, "tilemesh_" + name)(self._handle, *arguments)
-        if not result:
-            raise Error(self._c.tilemesh_error(self._handle).decode(errors="replace"), self._c.tilemesh_error_code(self._handle))
-        return result
+        return _called(self._c, self._handle, name, *arguments)
 
     def _json(self, what: str) -> dict[str, Any]:
         return json.loads(self._call("report", what.encode()))
+
+    def _numbers(self, camera: Camera | Numbers) -> Any:
+        camera = camera if isinstance(camera, Camera) else Camera.of(camera)
+        if camera.size is not None:
+            settings = self._json("settings")
+            if camera.size != (size := (settings["width"], settings["height"])):
+                raise Error(f"a camera of {camera.size[0]} x {camera.size[1]} pixels (the settings have {size[0]} x {size[1]}); set them, or use "
+                            f"camera.resized{size}")
+        return (ctypes.c_double * 17)(*camera.numbers)
 
     def _wanted(self, what: str) -> bool:
         return bool(self._json("settings")[what])
@@ -275,40 +394,63 @@ class Renderer:
             return self._json(what)
 
 
-def _numbers(camera: Camera | Iterable[float]) -> Any:
-    try:
-        return (ctypes.c_double * 17)(*(camera if isinstance(camera, Camera) else Camera.of(camera)).numbers)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise Error(f"a camera that is no 17 numbers ({error}); give a tilemesh.Camera") from None
+def _called(library: ctypes.CDLL, handle: int, name: str, *arguments: Any) -> Any:
+    result = getattr(library, "tilemesh_" + name)(handle, *arguments)
+    if not result:
+        text = library.tilemesh_error(handle).decode(errors="replace")
+        text = re.sub(r"tilemesh_(\w+)( in tilemesh\.h)?", lambda name: "Renderer." + name[1].replace("load_file", "load"), text)
+        raise Error(text, library.tilemesh_error_code(handle))
+    return result
 
 
-def _floats(picture: Picture, shape: Sequence[int], what: str, known: bool) -> tuple[Any, int]:
+def _path(file: Text) -> bytes:
+    path = os.fsencode(file)
+    if b"\0" in path:
+        raise Error("a file whose name has a zero byte (no file has such a name); name a file")
+    return path
+
+
+def _floats(picture: Picture, shape: Sequence[int], what: str, known: bool, scale: float | None) -> tuple[Any, int]:
     """A picture as floats in memory, row by row, and their address. The first result owns them."""
+    array = memoryview(picture) if numpy is None else numpy.asarray(picture)
+    kind = array.format if numpy is None else array.dtype.char
+    if kind not in ("efd" if numpy is not None else "fd") and (what == "picture" or scale is None or kind not in "bBhHiIlLqQ"):
+        if what != "picture" or kind != "B":
+            raise Error(f"a {what} of the type {kind if numpy is None else array.dtype} (it has floats, " +
+                        ("0 to 1, or uint8, 0 to 255" if what == "picture" else "or whole numbers with a depth_scale") + "); convert it")
+        scale = 255.0
+    if known and tuple(array.shape) != tuple(shape):
+        raise Error(f"a {what} of the shape {tuple(array.shape)} (the tracker began with {tuple(shape)}); give that, or begin again")
     if numpy is not None:
-        try:
-            array = numpy.ascontiguousarray(picture, numpy.float32)
-        except (TypeError, ValueError) as error:
-            raise Error(f"a {what} that is no array of numbers ({error}); give an array of float32") from None
-        if known and array.shape != tuple(shape):
-            raise Error(f"a {what} of the shape {array.shape} (the tracker began with {tuple(shape)}); give that, or begin again")
+        array = numpy.ascontiguousarray(array if scale is None else array / scale, numpy.float32)
         return array, array.ctypes.data
-    try:
-        view = memoryview(picture)
-        if view.format != "f" or known and view.shape != tuple(shape):
-            raise Error(f"a {what} of the shape {view.shape} and format {view.format} (the tracker began with {tuple(shape)} of f); give that")
-        floats = (ctypes.c_float * (view.nbytes // 4)).from_buffer_copy(view.tobytes())
-    except TypeError as error:
-        raise Error(f"a {what} that is no buffer of floats ({error}); install numpy, or give a memoryview") from None
+    flat = array if array.ndim == 1 else memoryview(array.tobytes()).cast(kind)
+    floats = (ctypes.c_float * len(flat))(*flat) if scale is None else (ctypes.c_float * len(flat))(*(v / scale for v in flat))
     return floats, ctypes.addressof(floats)
+
+
+@_door
+def read_cameras(file: Text) -> dict[str, Camera]:
+    """The cameras of a file, by name ("SCENE/NAME" if it has scenes): JSON of this library, of 3DGS training or nerfstudio (transforms.json),
+    or a COLMAP model."""
+    with _library_lock:
+        library = _load_library()
+        handle = library.tilemesh_create()
+        try:
+            found = json.loads(_called(library, handle, "cameras", _path(file)))["cameras"]
+        finally:
+            library.tilemesh_destroy(handle)
+    return {each["name"]: replace(Camera.of(each["camera"]), size=(each["width"], each["height"])) for each in found}
 
 
 # --- studies
 
 
+@_door
 def explore(study: Text | Mapping[str, Any], out: Text, *, program: Text | None = None, arguments: Sequence[str] = ()) -> list[dict[str, Any]]:
     """Runs a study (a dict, or a file of JSON) with the program `explore`, which writes its page and pictures into the folder `out`. Returns
     the points of `out`/points.csv. The program is `program`, the one beside the package, the one that the build has in its folder examples,
-    or the one in PATH."""
+    or the one in PATH. Relative paths in a dict begin at the current folder."""
     out = Path(out)
     here = Path(__file__).resolve().parent
     places = [Path(program)] if program is not None else [here / "explore", here.parent.parent / "examples" / "explore"]
@@ -320,7 +462,7 @@ def explore(study: Text | Mapping[str, Any], out: Text, *, program: Text | None 
     try:
         out.mkdir(parents=True, exist_ok=True)
         if isinstance(study, Mapping):
-            text = json.dumps(study, allow_nan=False, indent=1)
+            text = _json_text({**study, "folder": os.path.abspath(study.get("folder", ""))})
             study = out / "study.json"
             study.write_text(text + "\n", encoding="utf-8")
     except (OSError, TypeError, ValueError) as error:
@@ -337,6 +479,7 @@ def explore(study: Text | Mapping[str, Any], out: Text, *, program: Text | None 
     return read_points(points)
 
 
+@_door
 def read_points(csv: Text) -> list[dict[str, Any]]:
     """The points of a study's CSV file: a dict for each line, by the names of the first line. A text that is a number becomes one; an empty
     one becomes None."""
@@ -349,7 +492,7 @@ def read_points(csv: Text) -> list[dict[str, Any]]:
         return text if text else None
 
     try:
-        with open(csv, newline="", encoding="utf-8") as file:
+        with open(os.fspath(csv), newline="", encoding="utf-8") as file:
             rows = list(_csv.reader(line for line in file if not line.startswith("#")))
     except (OSError, ValueError, _csv.Error) as error:
         raise Error(f"cannot read the points of {os.fspath(csv)} ({error}); name the CSV file of a study") from None
@@ -358,6 +501,7 @@ def read_points(csv: Text) -> list[dict[str, Any]]:
     return [dict(zip(rows[0], map(value, row))) for row in rows[1:]]
 
 
+@_door
 def front(points: Iterable[Mapping[str, Any]], *columns: str) -> list[dict[str, Any]]:
     """The Pareto front of some columns: the points of which no other is at least as good in all columns and better in one. Less is better;
     with a minus before its name ("-psnr_db"), more is better. Points without a number in a column are left out. Sorted by the first

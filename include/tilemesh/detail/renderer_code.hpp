@@ -90,42 +90,52 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
 
 TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFrame& frame)
 {
-    if (!make_homes_) return core_->render_into(camera, frame);
+    core().require_idle();
+    if (!make_homes_) return core().render_into(camera, frame);
     render::check_camera(camera);
     bool const fits = may_fit_.frame({camera.width, camera.height}), may_fit = may_fit_.records && fits;
     double before_ms = 0;
     std::string why = fits ? "the records have no room" : "the pixels have no room";
     if (may_fit) {
-        core_->render_into(camera, frame);
+        core().render_into(camera, frame);
         if (!detail::lacks(frame.report)) return;
         before_ms = frame.report.host_ms.total;
         why = detail::why_it_lacks(frame.report);
     }
+    bool ran = false; // then an Error may be the observer's, and says nothing about room
     try {
-        auto homes = std::exchange(make_homes_, nullptr)(core_->map());
-        homes->rules() = core_->rules();
+        auto homes = make_homes_(core().map());
+        homes->rules() = core().rules();
         if (demand_) homes->hold_to(*demand_);
-        if (observer_) homes->observe(observer_);
+        if (observer_)
+            homes->observe([&ran, observer = observer_](SuperstepEvent const& event) {
+                ran = true;
+                observer(event);
+            });
         core_.swap(homes); // an observer sees the core that runs
         RenderedFrame again;
         try {
-            core_->render_into(camera, again);
+            core().render_into(camera, again);
         } catch (...) {
             core_.swap(homes);
             throw;
         }
+        if (observer_) core().observe(observer_);
         again.report.host_ms.total += before_ms;
         frame = std::move(again);
+        make_homes_ = nullptr;
         change_ = std::move(why);
     } catch (Error const& error) {
+        if (ran) throw;
+        make_homes_ = nullptr;
         change_refused_ = error.what();
-        if (!may_fit) core_->render_into(camera, frame);
+        if (!may_fit) core().render_into(camera, frame);
     }
 }
 
 TILEMESH_HOST void Renderer::hold_to(scene::Demand const& demand)
 {
-    core_->hold_to(demand);
+    core().hold_to(demand);
     demand_.emplace();
     demand_->scanned = demand.scanned;
     demand_->culled = demand.culled;
@@ -133,8 +143,8 @@ TILEMESH_HOST void Renderer::hold_to(scene::Demand const& demand)
 
 TILEMESH_HOST void Renderer::observe(Observer observer)
 {
+    core().observe(observer);
     observer_ = std::move(observer);
-    core_->observe(observer_);
 }
 
 }} // namespace tilemesh

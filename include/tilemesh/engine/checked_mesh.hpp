@@ -90,7 +90,7 @@ public:
         rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
-    void observe(Observer observer) { run_.observer = std::move(observer); }
+    void observe(Observer observer) { run_.observe(std::move(observer)); }
 
     /// Calls f(0, 1): this engine has one thread.
     template <class F>

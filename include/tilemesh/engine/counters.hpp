@@ -54,7 +54,22 @@ private:
     }
 };
 
+namespace engine {
+/// Sets a flag for as long as it lives: something runs, and what it calls must not run it again.
+class Raised {
+public:
+    explicit Raised(bool& flag) noexcept : flag_(flag) { flag_ = true; }
+    ~Raised() { flag_ = false; }
+    Raised(Raised const&) = delete;
+    Raised& operator=(Raised const&) = delete;
+
+private:
+    bool& flag_;
+};
+} // namespace engine
+
 /// The facts that an observer gets after each superstep's exchange. During the call no tile runs, and all of the mesh may be read.
+/// An observer must not destroy what it observes; a call that would run or change it throws Error.
 struct SuperstepEvent {
     std::string const& kernel;
     std::uint32_t step;           ///< number of the step in the program

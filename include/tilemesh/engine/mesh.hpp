@@ -95,8 +95,8 @@ public:
         this->rectangle_ = engine::checked_rectangle(this->grid_, {x0, y0, x1, y1});
     }
 
-    /// Sets a function that the thread that called run() calls after every superstep.
-    void observe(Observer observer) { this->run_.observer = std::move(observer); }
+    /// Sets a function that the thread that called run() calls after every superstep. Throws Error if the present one calls it.
+    void observe(Observer observer) { this->run_.observe(std::move(observer)); }
 
     /// Runs f(thread, threads) once on each of the mesh's threads, for host work between runs; the caller's thread is thread 0. Returns
     /// when all calls have returned. If calls throw, it throws the exception of the lowest such thread. f must not call the mesh's run() or
@@ -125,8 +125,8 @@ public:
     RunCounters run()
     {
         this->view().require_capacities();
-        this->begin_run();
         this->run_.template begin<traced>(this->program_, this->shareds());
+        this->begin_run();
         auto const store = this->view();
         auto const steps = this->steps();
         typename Core::Running running{*this, store, this->run_, steps};

@@ -89,13 +89,17 @@ public:
     RunState& operator=(RunState&&) noexcept;
     ~RunState();
 
-    Observer observer;
+    Observer observer; ///< set it by `observe`, unless no run can be under way
     std::unique_ptr<Trace> trace; ///< of the last run; null: the run keeps none, as on a machine that is not Traced
 
     std::uint32_t step() const noexcept { return step_; }
     /// The supersteps of this run before the present one.
     std::uint64_t pass() const noexcept { return pass_; }
     std::string const& kernel() const noexcept { return counters_.steps[step_].kernel; }
+    /// Throws Error during a run, whose observer would end under its own call.
+    void observe(Observer next);
+    /// Throws Error if an observer calls it.
+    void require_idle() const;
     /// Keeps a trace of each run from now on; only on a Traced machine.
     void keep_trace();
     /// The trace of the last run. Throws Error if the run keeps none.
@@ -136,7 +140,7 @@ private:
     RunCounters counters_;
     std::uint32_t step_ = 0;
     std::uint64_t pass_ = 0;
-    bool broken_ = false;
+    bool broken_ = false, running_ = false;
 };
 
 }}} // namespace tilemesh::engine

@@ -25,6 +25,8 @@ inline constexpr std::uint32_t yields_before_sleep = 200; ///< about 100 us
 ///
 /// The caller opens a gate and works. A helper that sees the open gate comes in. The gate closes when the caller's own part is done. The
 /// caller waits only for helpers that came in: if another process has taken a helper's core, the caller loses only that helper's work.
+///
+/// A child of `fork` has none of the helpers. There the team starts new ones when it next shares; fork while no call runs.
 class Team {
 public:
     /// `threads` includes the caller's thread and is at least 1. Throws Error if the system gives fewer threads. If the constructor throws,
@@ -46,6 +48,7 @@ public:
             f(0u);
             return;
         }
+        if (forks_ != forks.load(std::memory_order_relaxed)) start_in_child();
         call_ = [](void const* what, std::uint32_t w) noexcept { (*static_cast<F const*>(what))(w); };
         what_ = &f;
         gate_.fetch_add(next_epoch + open);
@@ -85,6 +88,9 @@ private:
         return (gate & open) != 0 && gate / next_epoch != seen;
     }
     void run_calls(std::uint32_t w) noexcept;
+    void start(std::uint32_t threads);
+    void start_in_child() noexcept;
+    void abandon() noexcept;
     // No helper misses a bell. A helper that reads the bell before it rings does not sleep; one that reads it later tells the next ring.
     void sleep(std::uint64_t seen) noexcept
     {
@@ -101,12 +107,15 @@ private:
     }
     void join() noexcept;
 
+    inline static std::atomic<std::uint32_t> forks{0}; ///< how often this process and its parents were forked off, since a team watches it
+
     alignas(64) std::atomic<std::uint64_t> gate_{0};
     std::atomic<bool> stop_{false};
     alignas(64) std::atomic<std::uint32_t> asleep_{0}; ///< may a helper be asleep?
     std::atomic<std::uint32_t> bell_{0};
     void (*call_)(void const*, std::uint32_t) noexcept = nullptr;
     void const* what_ = nullptr;
+    std::uint32_t forks_ = 0; ///< at the start of the helpers
     std::vector<std::thread> threads_;
 };
 

@@ -160,7 +160,11 @@ public:
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1) { band_->run_within(x0, y0, x1, y1); }
     /// Sets a function that this rank's thread calls after every superstep, with the counts of all ranks. Ranks may have different
     /// observers, or none. With an observer on any rank, a superstep has one more agreement, because its exception is an Error on all ranks.
-    void observe(Observer observer) { observer_ = std::move(observer); }
+    void observe(Observer observer)
+    {
+        band_->require_idle();
+        observer_ = std::move(observer);
+    }
     /// Runs f(thread, threads) on each thread of this rank; see Mesh.
     template <class F>
     void on_threads(F const& f)
@@ -171,6 +175,7 @@ public:
     /// Runs the whole program once. Every rank returns the same counters; only `milliseconds` is the rank's own. Collective.
     RunCounters run()
     {
+        band_->require_idle();
         auto const digest = band_->digest_of_run();
         std::uint64_t words[] = {digest, ~digest, observer_ ? 0u : 1u};
         ranks_.least(words, 3);

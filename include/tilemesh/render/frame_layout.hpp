@@ -63,7 +63,7 @@ TILEMESH_HOST void check_cut(Cut const& cut);
 /// Throws Error for a machine without workers, or with more than `most`: a tile counts the work of each.
 TILEMESH_HOST void check_workers(MachineSize const& machine, std::uint32_t most);
 
-/// Throws Error for a camera or rules that no frame can be rendered with.
+/// Throws Error for a camera (scene::check_camera) or rules that no frame can be rendered with.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
 TILEMESH_HOST void check_rules(splat::Rules const& rules);
 

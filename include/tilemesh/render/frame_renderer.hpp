@@ -110,6 +110,7 @@ public:
 
     /// Sets the function that the mesh calls after every superstep; see SuperstepEvent.
     void observe(Observer observer) override;
+    void require_idle() const override { host_.require_idle(); }
 
     /// Renders one frame. The records start on the tiles where the last frame left them. After an exception (out of memory, an observer
     /// that threw, an error of the mesh), the next frame starts like the first one: it builds a new mesh and loads the map.

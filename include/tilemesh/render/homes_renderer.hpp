@@ -87,6 +87,7 @@ public:
     }
     splat::homes::Fold const& fold() const noexcept { return fold_; }
     void observe(Observer observer) override { host_.observe(std::move(observer)); }
+    void require_idle() const override { host_.require_idle(); }
 
 private:
     using Parameters = typename P::Parameters;

@@ -65,13 +65,20 @@ public:
         mesh_.reset();
         ran_ = false;
     }
-    /// Drops the mesh of a frame that did not end.
-    void drop_halfway() noexcept
+    /// Throws Error if the observer of this host calls it.
+    void require_idle() const
     {
+        if (running_) throw Error("a renderer that its own observer calls (the frame that it observes is not over); call it after the frame");
+    }
+    /// Drops the mesh of a frame that did not end.
+    void drop_halfway()
+    {
+        require_idle();
         if (std::exchange(halfway_, false)) drop_mesh();
     }
     void observe(Observer observer)
     {
+        require_idle();
         observer_ = std::move(observer);
         if (mesh_) mesh_->observe(observer_);
     }
@@ -124,6 +131,7 @@ protected:
     {
         if constexpr (traced)
             if (keeps_trace() && ran_) step([&] { trace_.before(mesh_->trace()); });
+        engine::Raised const running(running_);
         auto counters = mesh_->run();
         ran_ = true;
         if constexpr (traced)
@@ -138,6 +146,7 @@ protected:
 
 private:
     bool halfway_ = false, ran_ = false; ///< a frame began and did not end; this mesh ran
+    bool running_ = false;               ///< the program, so that observers may call
     [[no_unique_address]] std::conditional_t<traced, engine::JoinedTrace, engine::NoTrace> trace_;
 };
 

@@ -56,13 +56,6 @@ TILEMESH_HOST void note_ignored_distortion(std::size_t cameras, std::vector<std:
 /// decimals.
 TILEMESH_HOST bool ends_in_0_0_0_1(std::array<double, 16> const& m);
 
-/// Says why a matrix of finite numbers is no rotation; empty if it is one.
-TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation);
-
-/// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires finite numbers and sides from 1 to
-/// 65535.
-TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens);
-
 /// The names in one line, separated by commas. It shows at most the first twenty and counts the rest.
 TILEMESH_HOST std::string list_of(std::vector<std::string> const& names);
 

@@ -60,7 +60,18 @@ TILEMESH_HOST glm::dmat3 upright(glm::dvec3 up);
 
 namespace detail {
 TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height);
+
+/// Says why a matrix is no rotation; empty if it is one.
+TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation);
+
+/// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires sides from 1 to 65535.
+TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens);
 } // namespace detail
+
+/// Throws `Error` for a camera that no frame can be rendered with: a number that is not finite, a rotation that is mirrored or not
+/// orthonormal within 1e-3, a focal length below a thousandth of the picture's side or above 2^24 pixels, a centre more than 2^24 pixels
+/// away, a near plane that is not positive. Requires sides from 1 to 65535.
+TILEMESH_HOST void check_camera(splat::Camera const& camera);
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
 /// outside (0, 180) or a side outside 1..65535.

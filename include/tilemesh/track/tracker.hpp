@@ -75,7 +75,8 @@ struct TrackedFrame {
 class Tracker {
 public:
     /// `scale` is S, the median depth of the map in the view, in world units; `start` is the guess for the first frame. Throws `Error` for a
-    /// scale or a pose that is not finite, a scale that is not positive, and a coarsest cell that is no power of two up to 64.
+    /// camera that no frame can be rendered with, a scale that is not finite or not positive, and a coarsest cell that is no power of two up
+    /// to 64.
     TILEMESH_HOST Tracker(scene::Intrinsics const& lens, double scale, scene::Pose const& start,
                           TrackerOptions const& options = {});
 

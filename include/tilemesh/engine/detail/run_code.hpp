@@ -48,6 +48,15 @@ TILEMESH_HOST RunState::RunState() = default;
 TILEMESH_HOST RunState::RunState(RunState&&) noexcept = default;
 TILEMESH_HOST RunState& RunState::operator=(RunState&&) noexcept = default;
 TILEMESH_HOST RunState::~RunState() = default;
+TILEMESH_HOST void RunState::require_idle() const
+{
+    if (running_) throw Error("a mesh that its own observer changes or runs again (its run is not over); do it after the run");
+}
+TILEMESH_HOST void RunState::observe(Observer next)
+{
+    require_idle();
+    observer = std::move(next);
+}
 TILEMESH_HOST void RunState::keep_trace() { trace = std::make_unique<Trace>(); }
 TILEMESH_HOST Trace const& RunState::kept_trace() const
 {
@@ -66,6 +75,7 @@ TILEMESH_HOST void RunState::make_room_for_digest()
 }
 TILEMESH_HOST void RunState::begin(ProgramFacts const& program, OperationNames const* operations)
 {
+    require_idle();
     if (broken_) throw Error("a mesh that stopped on an error cannot run again (its state is half a superstep); build a new one");
     program_ = &program;
     parts_.clear();
@@ -141,6 +151,7 @@ struct RunState::Interpreter {
 
 TILEMESH_HOST RunCounters RunState::go_on(RunCalls const& calls, StoreView const& store, Limits const& limits)
 {
+    Raised const running(running_);
     broken_ = true;
     Interpreter{*this, calls, store, limits}.parts(0, static_cast<std::uint32_t>(parts_.size()));
     counters_.peaks = calls.peaks(calls.engine);

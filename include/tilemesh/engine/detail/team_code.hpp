@@ -1,7 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <exception>
+#include <new>
+#include <pthread.h>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <tilemesh/engine/team.hpp>
 #include <tilemesh/error.hpp>
 
@@ -9,9 +13,10 @@ namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 TILEMESH_HOST Team::Team(std::uint32_t threads)
 {
+    [[maybe_unused]] static int const watches = ::pthread_atfork(nullptr, nullptr, [] { forks.fetch_add(1); });
     threads_.reserve(threads);
     try {
-        for (std::uint32_t w = 1; w < threads; ++w) threads_.emplace_back([this, w] { run_calls(w); });
+        start(threads);
     } catch (std::system_error const& e) {
         auto const started = size();
         join();
@@ -21,6 +26,27 @@ TILEMESH_HOST Team::Team(std::uint32_t threads)
         join();
         throw;
     }
+}
+TILEMESH_HOST void Team::start(std::uint32_t threads)
+{
+    forks_ = forks.load();
+    while (size() < threads) threads_.emplace_back([this, w = size()] { run_calls(w); });
+}
+/// As many helpers as there were, or as the system gives: a call does all its work with any set of helpers.
+TILEMESH_HOST void Team::start_in_child() noexcept
+{
+    auto const threads = size();
+    abandon();
+    try {
+        start(threads);
+    } catch (std::exception const&) {
+    }
+}
+/// Forgets threads that only the parent has: neither `join` nor `detach` is for them, nor the destructor of a thread.
+TILEMESH_HOST void Team::abandon() noexcept
+{
+    for (auto& t : threads_) new (&t) std::thread;
+    threads_.clear();
 }
 TILEMESH_HOST void Team::run_calls(std::uint32_t w) noexcept
 {
@@ -44,6 +70,7 @@ TILEMESH_HOST void Team::join() noexcept
     stop_.store(true);
     bell_.fetch_add(1);
     bell_.notify_all();
+    if (forks_ != forks.load()) abandon();
     for (auto& t : threads_) t.join();
 }
 

@@ -9,6 +9,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/detail/parallel.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/map/insert.hpp>
 
@@ -19,9 +20,10 @@ inline std::string by(std::uint32_t width, std::uint32_t height)
 {
     return std::to_string(width) + " x " + std::to_string(height);
 }
-/// Throws `Error` for a target of another size than the camera's.
+/// Throws `Error` for a camera that no frame can be rendered with, and for a target of another size than the camera's.
 inline void expect_target(Target const& target, splat::Camera const& camera)
 {
+    scene::check_camera(camera);
     if (target.width != camera.width || target.height != camera.height || target.pixels.size() != std::size_t{camera.width} * camera.height)
         throw Error("a target of " + by(target.width, target.height) + " pixels is no picture of this camera (it has " +
                     by(camera.width, camera.height) + "); give pictures of the camera's size");

@@ -100,8 +100,8 @@ public:
     void prepare()
     {
         this->view().require_capacities();
-        this->begin_run();
         this->run_.template begin<Base::traced>(this->program_, this->shareds());
+        this->begin_run();
         for (auto& side : sides_)
             if (side.remote) {
                 auto const words = most_words(side);
@@ -148,6 +148,7 @@ public:
             ranks_.agree(mistake, [this] { return this_superstep(); });
         };
     }
+    void require_idle() const { this->run_.require_idle(); }
     void observe_nothing() { this->run_.observer = nullptr; }
 
     /// Copies the states X of all tiles to rank 0.

@@ -3,6 +3,7 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/scene/pose.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace render {
 
@@ -60,17 +61,8 @@ TILEMESH_HOST void check_workers(MachineSize const& machine, std::uint32_t most)
 }
 TILEMESH_HOST void check_camera(splat::Camera const& camera)
 {
-    bool finite = true;
-    auto const look = [&](float v) { finite = finite && v - v == 0; };
-    for (auto const& row : camera.rotation)
-        for (float const v : row) look(v);
-    for (float const v : camera.position) look(v);
-    for (float const v : {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth}) look(v);
-    if (!finite) throw Error("a camera with a number that is not finite (no Gaussian could be projected); correct the camera");
-    if (!(camera.near_depth > 0) || !(camera.fx > 0) || !(camera.fy > 0))
-        throw Error("a camera whose near plane or focal length is not above 0 (nothing in front of it can be projected); "
-                    "correct the camera");
     check_size(camera.width, camera.height);
+    scene::check_camera(camera);
 }
 TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {

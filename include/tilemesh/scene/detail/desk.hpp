@@ -254,8 +254,8 @@ private:
             double const pole = -(c * unit.y) - s * (0.6 * unit.z - 0.8 * unit.x);
             double const x = 0.8 * unit.z + 0.6 * unit.x;
             double const z = c * (0.6 * unit.z - 0.8 * unit.x) - s * unit.y;
-            static constexpr Vec white{0.98, 0.96, 0.90};
-            static constexpr std::array<Vec, 6> gores{
+            static Vec const white{0.98, 0.96, 0.90};
+            static std::array<Vec, 6> const gores{
                 {{0.93, 0.24, 0.20}, white, {0.16, 0.46, 0.85}, white, {0.99, 0.76, 0.16}, white}};
             // Borders blend over about one sample, or they would be ragged.
             double const ring = std::sqrt(std::fmax(1.0 - pole * pole, 1e-6));
@@ -276,7 +276,7 @@ private:
             Vec cover;
             bool chequered;
         };
-        static constexpr std::array<Book, 3> stack{
+        static std::array<Book, 3> const stack{
             {{0.34, 0.046, 0.25, 0.0, 0.0, {0.13, 0.36, 0.42}, false},
              {0.31, 0.034, 0.23, 0.01, 0.10, {0.74, 0.22, 0.20}, false},
              {0.25, 0.028, 0.20, -0.01, -0.14, {0.95, 0.72, 0.24}, true}}};
@@ -438,7 +438,7 @@ private:
         struct Pencil {
             Vec from, to, colour;
         };
-        static constexpr std::array<Pencil, 4> all{
+        static std::array<Pencil, 4> const all{
             {{{0.46, -0.006, -0.30}, {0.63, -0.006, -0.20}, {0.97, 0.70, 0.14}},
              {{0.44, -0.006, -0.25}, {0.60, -0.006, -0.14}, {0.20, 0.50, 0.82}},
              {{0.66, -0.014, -0.27}, {0.47, -0.014, -0.19}, {0.86, 0.24, 0.24}},

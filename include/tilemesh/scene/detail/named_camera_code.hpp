@@ -62,44 +62,6 @@ TILEMESH_HOST bool ends_in_0_0_0_1(std::array<double, 16> const& m)
     return std::fabs(m[12]) + std::fabs(m[13]) + std::fabs(m[14]) + std::fabs(m[15] - 1.0) <= 1e-6;
 }
 
-TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation)
-{
-    glm::dmat3 const square = glm::transpose(rotation) * rotation;
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-            if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
-                return "its rotation is not orthonormal within 1e-3";
-    if (!(glm::determinant(rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
-    return "";
-}
-
-TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
-{
-    if (auto why = fault_of_rotation(pose.rotation); !why.empty()) return why;
-    // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin to
-    // coincide. A thousandth of a side: the picture spans 179.8 degrees.
-    constexpr double most_px = 16777216.0, least_share = 1e-3;
-    auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
-    if (is_share(lens.fx) && is_share(lens.fy) && is_share(lens.cx) && is_share(lens.cy) && lens.width >= 16 && lens.height >= 16 && lens.fx > 0.0 &&
-        lens.fy > 0.0)
-        return "fx, fy, cx and cy are below 2: they are shares of the picture's sides, and not pixels";
-    struct Axis {
-        char const *focal_name, *centre_name;
-        double focal, centre, side;
-    };
-    for (auto const& [focal_name, centre_name, focal, centre, side] :
-         {Axis{"fx", "cx", lens.fx, lens.cx, static_cast<double>(lens.width)},
-          Axis{"fy", "cy", lens.fy, lens.cy, static_cast<double>(lens.height)}}) {
-        std::string const f = focal_name;
-        if (!(focal > 0.0)) return f + " is not positive";
-        if (!(focal >= least_share * side)) return f + " is below a thousandth of the picture's side";
-        if (!(focal <= most_px)) return f + " is above 2^24 pixels";
-        if (!(std::fabs(centre) <= most_px)) return std::string(centre_name) + " is more than 2^24 pixels away";
-    }
-    if (!(lens.near_depth > 0.0f)) return "near is not positive";
-    return "";
-}
-
 TILEMESH_HOST std::string list_of(std::vector<std::string> const& names)
 {
     constexpr std::size_t most = 20;

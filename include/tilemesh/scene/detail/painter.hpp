@@ -16,7 +16,7 @@ namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 using Vec = glm::dvec3;
 
 inline constexpr double full_turn = 6.28318530717958647692;
-inline constexpr Vec desk_eye{0.03, -0.62, -1.27};
+inline Vec const desk_eye{0.03, -0.62, -1.27};
 
 inline Vec mix(Vec a, Vec b, double share) { return a + (b - a) * share; }
 inline double smooth(double low, double high, double x)

@@ -113,6 +113,48 @@ TILEMESH_HOST glm::dmat3 upright(glm::dvec3 up)
 
 namespace detail {
 
+TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation)
+{
+    glm::dmat3 const square = glm::transpose(rotation) * rotation;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
+                return "its rotation is not orthonormal within 1e-3";
+    if (!(glm::determinant(rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
+    return "";
+}
+
+TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
+{
+    if (auto why = fault_of_rotation(pose.rotation); !why.empty()) return why;
+    for (int axis = 0; axis < 3; ++axis)
+        if (!std::isfinite(pose.position[axis])) return "its position is not finite";
+    // 2^24 pixels: there one step of a direction in float, 2^-24, is as wide as a pixel, and neighbouring pixel coordinates begin to
+    // coincide. A thousandth of a side: the picture spans 179.8 degrees.
+    constexpr double most_px = 16777216.0, least_share = 1e-3;
+    auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
+    if (is_share(lens.fx) && is_share(lens.fy) && is_share(lens.cx) && is_share(lens.cy) && lens.width >= 16 && lens.height >= 16 && lens.fx > 0.0 &&
+        lens.fy > 0.0)
+        return "fx, fy, cx and cy are below 2: they are shares of the picture's sides, and not pixels";
+    struct Axis {
+        char const *focal_name, *centre_name;
+        double focal, centre, side;
+    };
+    for (auto const& [focal_name, centre_name, focal, centre, side] :
+         {Axis{"fx", "cx", lens.fx, lens.cx, static_cast<double>(lens.width)},
+          Axis{"fy", "cy", lens.fy, lens.cy, static_cast<double>(lens.height)}}) {
+        std::string const f = focal_name;
+        if (!(focal > 0.0)) return f + " is not positive";
+        if (!(focal >= least_share * side)) return f + " is below a thousandth of the picture's side";
+        if (!(focal <= most_px)) return f + " is above 2^24 pixels";
+        if (!(std::fabs(centre) <= most_px)) return std::string(centre_name) + " is more than 2^24 pixels away";
+    }
+    if (!(lens.near_depth > 0.0f)) return "near is not positive";
+    if (!std::isfinite(lens.near_depth)) return "near is not finite";
+    return "";
+}
+
+
 TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height)
 {
     // 65,535: the largest 16-bit pixel coordinate, and the limit in camera files.
@@ -122,6 +164,12 @@ TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height)
 }
 
 } // namespace detail
+
+TILEMESH_HOST void check_camera(splat::Camera const& camera)
+{
+    if (auto const why = detail::fault_of(pose_of(camera), lens_of(camera)); !why.empty())
+        throw Error("a camera that no frame can be rendered with (" + why + "); correct the camera");
+}
 
 TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth)
 {

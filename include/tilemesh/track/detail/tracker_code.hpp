@@ -23,14 +23,10 @@ TILEMESH_HOST char const* name_of(Verdict verdict) noexcept
 TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scene::Pose const& start, TrackerOptions const& options)
     : lens_(lens), options_(options), scale_(scale), last_(start), before_(start)
 {
-    bool finite = std::isfinite(scale) && scale > 0.0;
-    for (int i = 0; i < 3; ++i) {
-        finite = finite && std::isfinite(start.position[i]);
-        for (int j = 0; j < 3; ++j) finite = finite && std::isfinite(start.rotation[i][j]);
-    }
-    if (!finite)
-        throw Error("a camera cannot be tracked from here (the pose or the median depth of the map is not finite, or the depth not "
-                    "positive); start where the map is seen");
+    scene::check_camera(scene::make_camera(start, lens));
+    if (!std::isfinite(scale) || !(scale > 0.0))
+        throw Error("a camera cannot be tracked from here (the median depth of the map is not finite, or not positive); start where the map "
+                    "is seen");
     for (std::uint32_t const cell : {options.coarsest, options.coarsest_wide})
         if (cell == 0 || cell > 64 || (cell & (cell - 1)) != 0)
             throw Error("cells of " + std::to_string(cell) +
