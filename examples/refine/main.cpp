@@ -71,6 +71,29 @@ float median_depth(Refiner& refiner, std::vector<View> const& views)
     throw Error("no camera shows anything of the map (no pixel is half covered); name the cameras of this map");
 }
 
+/// What the map shows in at most 16 views.
+template <class Refiner>
+std::vector<std::vector<float>> depths_of(Refiner& refiner, std::vector<View> const& views)
+{
+    std::vector<std::vector<float>> out;
+    for (std::size_t i = 0; i < views.size(); i += views.size() / 16 + 1) out.push_back(refiner.render(views[i].camera).depth.values);
+    return out;
+}
+/// The median difference of depths, as a share of the second ones, where both are known; NaN if they nowhere are. `other(i)`: of the i-th of these views.
+template <class Other>
+double depth_difference(std::vector<std::vector<float>> const& depths, Other const& other)
+{
+    std::vector<float> all;
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+        std::vector<float> const& others = other(i);
+        for (std::size_t k = 0; k < others.size(); ++k)
+            if (depths[i][k] > 0 && others[k] > 0) all.push_back(std::fabs(depths[i][k] - others[k]) / others[k]);
+    }
+    if (all.empty()) return std::numeric_limits<double>::quiet_NaN();
+    std::nth_element(all.begin(), all.begin() + std::ssize(all) / 2, all.end());
+    return double{all[all.size() / 2]};
+}
+
 /// The order of the views: each once in a round, and each round in another order (SplitMix64, Fisher and Yates).
 class Order {
 public:
@@ -115,7 +138,7 @@ void check_outputs(Options const& o, std::vector<std::filesystem::path> const& r
 struct Facts {
     std::uint32_t steps, done;
     std::size_t gaussians;
-    double median_depth, ms;
+    double median_depth, ms, depth_change, depth_error_before, depth_error_after;
     std::string optimiser, sha256;
 };
 std::string report_of(Facts const& f, refine::Views const& views, std::vector<double> const& before, std::vector<double> const& after)
@@ -139,6 +162,9 @@ std::string report_of(Facts const& f, refine::Views const& views, std::vector<do
         json.member("steps", f.done);
         json.member("steps_asked", f.steps);
         json.member("median_depth", f.median_depth);
+        json.member("depth_change", f.depth_change);
+        json.member("depth_error_before", f.depth_error_before);
+        json.member("depth_error_after", f.depth_error_after);
         json.member("host_ms_per_step", f.ms / std::max(1u, f.done));
         json.member("map_sha256", f.sha256);
     });
@@ -151,12 +177,15 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
     mapping::RefineOptions how;
     how.view.threads = o.threads;
     how.rules.coverage = o.coverage();
+    if (o.depths) how.view.loss.depth = 1; // as much as slam gives them
     for (std::size_t c = 0; c < 3; ++c) how.rules.background[c] = o.background ? (*o.background)[c] : 0.0f;
     mapping::Refiner<Optimiser> refiner(std::move(map), how);
     float const depth = median_depth(refiner, views.used), times = static_cast<float>(o.rate);
     auto const rates = splat::map::usual_rates(depth) * times;
 
     auto const before = compare(refiner, views.held_out);
+    auto const shape = depths_of(refiner, views.used);
+    auto const given = [&](std::size_t i) -> std::vector<float> const& { return views.used[i * (views.used.size() / 16 + 1)].depths; };
     auto const count = static_cast<std::uint32_t>(views.used.size());
     std::uint32_t const steps = o.steps.value_or(20 * count), tenth = std::max(1u, steps / 10);
     printer.say(std::to_string(refiner.map().gaussians.size()) + " Gaussians, " + std::to_string(count) + " photographs, " +
@@ -178,10 +207,17 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
     auto const after = compare(refiner, views.held_out);
     auto const bytes = scene::ply_bytes(refiner.map(), o.coverage());
     report::write_whole(o.out, bytes);
+    auto const now = depths_of(refiner, views.used);
+    double const change = depth_difference(now, [&](std::size_t i) -> std::vector<float> const& { return shape[i]; });
+    double const off_before = depth_difference(shape, given), off_after = depth_difference(now, given);
     if (o.report) {
-        Facts const facts{steps, done, refiner.map().gaussians.size(), double{depth}, ms, Optimiser::name, shared::sha256(bytes)};
+        Facts const facts{
+            steps, done, refiner.map().gaussians.size(), double{depth}, ms, change, off_before, off_after, Optimiser::name, shared::sha256(bytes)};
         report::write_whole(*o.report, report_of(facts, views, before, after));
     }
+    printer.say("depths of the map changed by " + rounded(100 * change) + " % (median of " + std::to_string(now.size()) + " views)" +
+                (o.depths ? "; off the given ones by " + rounded(100 * off_after) + " %, before by " + rounded(100 * off_before) + " %\n"
+                          : "; no depths are given, so colours alone moved it (--depths keeps them)\n"));
     printer.say("after " + std::to_string(done) + " steps: " + rounded(mean(after)) + " dB; " + shared::one_line(o.out.string()) +
                 " has the map\n");
     auto const signal = shared::interrupt();

@@ -1,12 +1,14 @@
 #include "views.hpp"
 #include "../shared/photographs_of.hpp"
 #include "../shared/picture_input.hpp"
+#include "../shared/rgbd_photo.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
@@ -30,7 +32,28 @@ View view_of(Options const& options, scene::NamedCamera const& camera, fs::path 
     bool const reduced = shared::is_reduced(photograph, own, whole, options.scale, " is no photograph of its camera");
     if (!camera.mask.empty()) shared::require_mask(camera.mask, own, whole);
     auto const size = options.size ? *options.size : reduced ? own : scene::reduced(whole, options.scale);
-    return {camera.name, scene::stretched(camera.camera, size), std::move(photograph), camera.mask, own, {}};
+    return {camera.name, scene::stretched(camera.camera, size), std::move(photograph), camera.mask, {}, own, {}};
+}
+
+/// Gives the views the depths that --depths has for their photographs.
+void add_depths(Options const& options, std::vector<View>& views, Views& out)
+{
+    std::vector<std::string> of_list;
+    std::map<fs::path, fs::path> depth_of;
+    for (auto const& frame : scene::load_rgbd(*options.depths, options.depth_within, &of_list))
+        if (!frame.depth.file.empty()) depth_of[fs::weakly_canonical(frame.colour.file)] = frame.depth.file;
+    shared::add_notes(out.notes, *options.depths, of_list);
+    std::size_t found = 0;
+    for (auto& view : views)
+        if (auto const at = depth_of.find(fs::weakly_canonical(view.photograph)); at != depth_of.end()) {
+            out.read.push_back(view.depth = at->second);
+            ++found;
+        }
+    if (found == 0)
+        throw Error("--depths " + shared::one_line(options.depths->string()) +
+                    " has no depth of these photographs (its pictures are other files than " + shared::one_line(views.front().photograph.string()) +
+                    "); name the list of these pictures");
+    if (found < views.size()) out.notes.push_back(std::to_string(found) + " of " + std::to_string(views.size()) + " photographs have a depth");
 }
 
 } // namespace
@@ -41,7 +64,7 @@ tilemesh::mapping::Target View::target() const
     for (std::size_t i = 0; i < t.pixels.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) t.pixels[i].rgb[c] = static_cast<float>(levels[3 * i + c]) / 255.0f;
         if (!counts.empty() && !counts[i]) t.pixels[i].rgb[0] = std::numeric_limits<float>::quiet_NaN();
-        t.pixels[i].depth = 0;
+        t.pixels[i].depth = depths.empty() ? 0 : depths[i];
     }
     return t;
 }
@@ -78,6 +101,7 @@ Views find_views(Options const& options, scene::Map const& map)
     if (found.size() < cameras.size())
         out.notes.push_back(std::to_string(cameras.size() - found.size()) + " of " + std::to_string(cameras.size()) +
                             " cameras have no photograph in " + options.photos->string() + ", and are left out");
+    if (options.depths) add_depths(options, views, out);
     if (masks != 0) out.notes.push_back(shared::mask_note(masks, found.size()));
     auto const splits = shared::splits_of(found, options.every.value_or(8), options.every.has_value(), out.notes);
     for (std::size_t i = 0; i < views.size(); ++i)
@@ -98,6 +122,13 @@ void read_photographs(Options const& options, std::vector<View>& views)
             image = report::resized_as_photograph(image, view.camera.width, view.camera.height);
         shared::apply_mask(image, view.mask);
         for (std::size_t i = 0; i < image.rgb.size() && !view.mask.empty(); i += 3) view.counts.push_back(!std::isnan(image.rgb[i]));
+        if (!view.depth.empty()) { // the nearest: a mean of two depths is the depth of neither
+            auto const plane = shared::read_photo({{0, view.photograph}, {0, view.depth}}, view.size, options.depth_levels, "").depth;
+            for (std::uint32_t y = 0; y < view.camera.height; ++y)
+                for (std::uint32_t x = 0; x < view.camera.width; ++x)
+                    view.depths.push_back(plane.values[std::size_t{(2 * y + 1) * view.size.height / (2 * view.camera.height)} * plane.width +
+                                                       (2 * x + 1) * view.size.width / (2 * view.camera.width)]);
+        }
         view.levels.reserve(image.rgb.size());
         for (float const v : image.rgb) view.levels.push_back(static_cast<unsigned char>(std::lround(v > 0.0f ? std::min(v, 1.0f) * 255.0f : 0.0f)));
     }

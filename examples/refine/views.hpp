@@ -15,10 +15,11 @@ namespace refine {
 struct View {
     std::string name;
     tilemesh::splat::Camera camera;
-    std::filesystem::path photograph, mask; ///< no mask: all of the photograph counts
+    std::filesystem::path photograph, mask, depth; ///< no mask: all of the photograph counts; perhaps no depth
     tilemesh::scene::Size size; ///< of the photograph's file
     std::vector<unsigned char> levels;
     std::vector<bool> counts{}; ///< by pixels; empty: all count
+    std::vector<float> depths{}; ///< by pixels, in world units; 0 or empty: not known
 
     tilemesh::mapping::Target target() const;
 };
@@ -31,10 +32,11 @@ struct Views {
 
 /// Finds the cameras and their photographs; it reads the headers of the photographs alone. A camera without a photograph is left out,
 /// with a note. Throws `tilemesh::Error` for a photograph of another size than its camera's, whole or divided by --scale, for a mask of
-/// another size than its photograph's, and if no photograph would be held out or none be used.
+/// another size than its photograph's, if no photograph would be held out or none be used, and if
+/// --depths has no depth of any of them.
 Views find_views(Options const& options, tilemesh::scene::Map const& map);
 
-/// Reads the photograph of each view, and its mask.
+/// Reads the photograph of each view, its mask and its depths.
 void read_photographs(Options const& options, std::vector<View>& views);
 
 } // namespace refine
