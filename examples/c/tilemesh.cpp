@@ -417,6 +417,7 @@ public:
           scale_(scale_of(map, settings, start)), evaluate_(map, {size_.width, size_.height}, {settings.threads, {}}),
           tracker_(lens_, scale_, scene::pose_of(start), options(with_depth))
     {
+        if (settings.antialias) evaluate_.rules().coverage = splat::Coverage::preserved;
         auto& how = evaluate_.options();
         how.with_depth = with_depth;
         how.with_exposure = settings.exposure;

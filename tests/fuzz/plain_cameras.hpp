@@ -163,13 +163,14 @@ private:
         std::vector<Camera> cameras;
         std::set<std::string> names;
         static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
-                                                     "is_fisheye", "colmap_im_id", "depth_file_path", "mask_path", "sharpness"};
+                                                     "is_fisheye", "equirectangular", "latlong", "orthographic", "colmap_im_id", "depth_file_path",
+                                                     "mask_path", "sharpness"};
         auto const is_text = [](nlohmann::json const& value) { return value.is_string(); };
         for (auto const& item : file.items())
             if (std::set<std::string>{"train_filenames", "val_filenames", "test_filenames"}.count(item.key()) != 0) {
                 if (!item.value().is_array() || !std::all_of(item.value().begin(), item.value().end(), is_text)) unread_of_file.insert(item.key());
             } else if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye",
-                                              "aabb_scale", "ply_file_path", "sharpness"}
+                                              "equirectangular", "latlong", "orthographic", "aabb_scale", "ply_file_path", "sharpness"}
                             .count(item.key()) &&
                        !is_distortion_key(item.key()))
                 unread_of_file.insert(item.key());
@@ -183,7 +184,8 @@ private:
             };
             for (auto const* object : {&frame, &file})
                 for (auto const& item : object->items())
-                    if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole_or_model(*value(item.key()))) return {};
+                    if (std::set<std::string>{"equirectangular", "latlong", "orthographic"}.count(item.key()) != 0 && item.value() == true) return {};
+                    else if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole_or_model(*value(item.key()))) return {};
             Camera c{};
             c.name = *text_of(frame, "file_path");
             std::replace(c.name.begin(), c.name.end(), '\\', '/');
