@@ -101,9 +101,9 @@ void size_anchored(Setting const& s, Sized& out)
     auto const& asked = s.capacities;
     auto setup = render::on_machine(anchored_of(s), size_of(*s.machine), tile.width * tile.height);
     if (!asked.of_preset) {
-        setup.sizes.road = asked.road.value_or(setup.sizes.road);
-        setup.sizes.beam = asked.beam.value_or(setup.sizes.beam);
-        if (setup.holds) setup.sizes.waiting = asked.waiting.value_or(setup.sizes.waiting);
+        auto const waiting = setup.sizes.waiting;
+        setup = with(setup, asked.channels);
+        if (!setup.holds) setup.sizes.waiting = waiting; // a setup that drops has no FIFOs
         setup.sizes.tile_pixels = tile.width * tile.height;
         if (asked.storage) setup.sizes.storage = *asked.storage;
         else setup = render::fill_storage(setup, {s.grid.width, s.grid.height}, tile);
@@ -191,8 +191,7 @@ void size_homes(Setting const& s, Sized& out)
     auto homes = homes_of(s);
     auto const& asked = s.capacities;
     if (!asked.of_preset) {
-        homes.sizes.road = asked.road.value_or(homes.sizes.road);
-        homes.sizes.waiting = asked.waiting.value_or(homes.sizes.waiting);
+        homes = with(homes, asked.channels);
         homes.sizes.storage = asked.storage.value_or(std::numeric_limits<std::int32_t>::max());
     }
     auto const layout = [&] {

@@ -172,7 +172,7 @@ public:
         std::vector<Capacities> sizes;
         if (auto const values = all.get("sizes"))
             for (auto const& value : values->all()) add_sizes(value, sizes);
-        else sizes.push_back({"preset", true, {}, {}, {}, {}});
+        else sizes.push_back({"preset", true, {}, {}});
         std::vector<std::shared_ptr<Prices const>> prices;
         if (auto const values = all.get("costs"))
             for (auto const& value : values->all()) add_prices(value, prices);
@@ -412,7 +412,7 @@ private:
     {
         if (value.is_text()) {
             if (value.text() != "preset") value.refuse("cannot be " + shown(value.text()), "write \"preset\", or {\"channel\": 100, \"storage\": \"the rest\"}");
-            to.push_back({"preset", true, {}, {}, {}, {}});
+            to.push_back({"preset", true, {}, {}});
             return;
         }
         value.allow({"channel", "road", "beam", "waiting", "storage"});
@@ -425,8 +425,8 @@ private:
                 c.name += (c.name.empty() ? "" : " ") + key + " " + (rest ? "the rest" : one.words());
                 if (rest) continue;
                 auto const slots = one.whole(1, 10'000'000);
-                if (key == "channel") c.road = c.beam = slots;
-                else (key == "road" ? c.road : key == "beam" ? c.beam : key == "waiting" ? c.waiting : c.storage) = slots;
+                if (key == "storage") c.storage = slots;
+                else c.channels.emplace_back(key + "-slots", slots);
             }
             to.push_back(std::move(c));
         }

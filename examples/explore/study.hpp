@@ -20,7 +20,7 @@ namespace explore {
 struct Capacities {
     std::string name;                              ///< "preset", or the words that were asked for
     bool of_preset = true;
-    std::optional<std::uint32_t> road, beam, waiting; ///< slots; `road` of homes: of a parcel's channel
+    std::vector<tilemesh::render::SetupValue> channels; ///< fields of a setup: slots of channels and FIFOs
     std::optional<std::uint32_t> storage;          ///< slots; none: the rest of the SRAM
 };
 
