@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <iostream>
 #include <numeric>
 #include <optional>
@@ -120,7 +121,7 @@ private:
     std::size_t left_ = 0;
 };
 
-/// Refuses outputs that cannot be written, or that would overwrite a file that the run reads.
+/// Refuses outputs that cannot be written, that would overwrite a file that the run reads, or whose name says another format.
 void check_outputs(Options const& o, std::vector<std::filesystem::path> const& read)
 {
     constexpr char const *map_remedy = "name another file with --out", *report_remedy = "name another file with --report";
@@ -132,6 +133,11 @@ void check_outputs(Options const& o, std::vector<std::filesystem::path> const& r
     files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
     files.write(o.out, "the map", map_remedy);
     if (o.report) files.write(*o.report, "the report", report_remedy);
+    auto const extension = o.out.extension();
+    if (!extension.empty() && extension != ".ply" && extension != ".PLY")
+        throw Error("--out cannot be " + shared::one_line(o.out.string()) + " (the map is written as a PLY, and the name says " +
+                    shared::one_line(extension.string()) + "); write for example --out " +
+                    shared::one_line(std::filesystem::path(o.out).replace_extension(".ply").string()));
 }
 
 /// What the report says besides the measures.

@@ -1,8 +1,5 @@
 #include "options.hpp"
 #include "../shared/input_rows.hpp"
-#include "../shared/text.hpp"
-#include <filesystem>
-#include <string>
 #include <tilemesh/error.hpp>
 
 namespace refine {
@@ -11,7 +8,6 @@ namespace {
 
 using namespace shared;
 using tilemesh::Error;
-namespace fs = std::filesystem;
 
 constexpr Word optimisers[] = {{"by-kind", Optimiser::by_kind}, {"adam", Optimiser::adam}};
 constexpr Option<Options> rows[] = {
@@ -69,10 +65,6 @@ std::optional<Options> options_of(int argc, char** argv)
     if (o.map.empty()) throw Error("no map is named (there is nothing to refine); name one: refine MAP --cameras FILE --photos DIR");
     if (!o.cameras) throw Error("no cameras are named (photographs need their poses); add --cameras FILE");
     if (!o.photos) throw Error("no photographs are named (a map is refined by them); add --photos DIR");
-    auto const extension = o.out.extension();
-    if (!extension.empty() && extension != ".ply" && extension != ".PLY")
-        throw Error("--out cannot be " + one_line(o.out.string()) + " (the map is written as a PLY, and the name says " +
-                    one_line(extension.string()) + "); write for example --out " + one_line(fs::path(o.out).replace_extension(".ply").string()));
     return o;
 }
 

@@ -297,7 +297,7 @@ TEST_CASE("a pixel that a mask leaves out does not count")
     CHECK(near(measures.psnr_db, -20 * std::log10(0.25), 1e-12));
     CHECK(measures.largest == 0.25);
     CHECK(measures.largest_at == std::array<std::uint32_t, 2>{10, 0});
-    CHECK(measures.ssim > 0.85);
+    CHECK(measures.ssim > 0.75);
     CHECK(measures.ssim < 1);
     CHECK(tilemesh::report::error_picture(a, masked).pixel(3, 4)[0] == 0.0f);
     for (auto& value : masked.rgb) value = std::numeric_limits<float>::quiet_NaN();
