@@ -389,7 +389,7 @@ TEST_CASE("roll, zoom, near plane, principal point, rules and size may change fr
     for (double degrees : {180.0, 90.0, 270.0, 1.0, 181.0}) (void)film.frame(rolled(home, degrees));
     (void)film.frame(home);
 
-    for (float zoom : {1.1f, 4.0f, 50.0f, 1e4f, 1e8f, 0.5f, 0.1f, 1e-3f, 1e-8f}) {
+    for (float zoom : {1.1f, 4.0f, 50.0f, 1e4f, 1e5f, 0.5f, 0.1f, 2e-3f}) { // as far as check_camera lets it go
         auto c = home;
         c.fx *= zoom;
         c.fy *= zoom;
@@ -404,7 +404,7 @@ TEST_CASE("roll, zoom, near plane, principal point, rules and size may change fr
         c.near_depth = near_depth;
         (void)film.frame(c);
     }
-    for (float offset : {-30.0f, 1000.0f, 0.25f, 1e8f}) {
+    for (float offset : {-30.0f, 1000.0f, 0.25f, 1.6e7f}) {
         auto c = home;
         c.cx += offset;
         c.cy -= offset;

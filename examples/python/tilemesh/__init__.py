@@ -58,7 +58,7 @@ def _door(function: Function) -> Function:
     def call(*arguments: Any, **named: Any) -> Any:
         try:
             return function(*arguments, **named)
-        except (AttributeError, OverflowError, TypeError, ValueError) as error:
+        except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
             raise Error(f"{function.__qualname__.split('.__')[0]} with an argument that does not fit ({error}); correct it") from None
     return call  # type: ignore[return-value]
 
