@@ -16,6 +16,7 @@ shared::OptionTable table_of(About const& about, Options& own)
                                "maps/, trajectories/ and cameras.json; a bench skips maps that are missing [the environment variable TILEMESH_DATA]"),
         option<&Options::quick>("quick", "", ""), option<&Options::help>("help", "", "this text"),
         option<&Options::spoil>("spoil", "", "give the rasteriser other blending rules than the mesh: the checks must fail")};
+    own.reads = about.reads;
     shared::OptionTable table(about.name, "usage: " + std::string(about.name) + " [options]\n" + about.what);
     table.add("", own, std::span(rows).first(about.spoils ? 5 : 4));
     table.says("csv", about.csv);
@@ -27,6 +28,7 @@ shared::OptionTable table_of(About const& about, Options& own)
 
 void Options::finish(shared::OptionTable const& given)
 {
+    if (!reads) return;
     bool const named = given.is_given("data");
     if (char const* const folder = std::getenv("TILEMESH_DATA"); folder != nullptr && !named) data = folder;
     if (!data.empty() && std::filesystem::is_directory(data / "maps")) return;

@@ -15,6 +15,7 @@ struct Options {
     bool quick = false;
     bool spoil = false; ///< the rasteriser blends by wrong rules: a bench that compares pictures must report it
     bool help = false;
+    bool reads = true; ///< of `About`
 
     /// Is called after all words are taken: finds the data folder if none was named. Throws Error for a folder without data.
     void finish(shared::OptionTable const& given);
@@ -27,6 +28,7 @@ struct About {
     char const* quick; ///< what --quick does
     char const* csv = "write the rows";
     bool spoils = true; ///< it has --spoil
+    bool reads = true;  ///< it reads what --data names
 };
 /// The table of a bench's options: its own rows, then those of every bench.
 shared::OptionTable table_of(About const& about, Options& own);

@@ -128,7 +128,7 @@ shared::OptionTable table_of(bench::Options& own)
 {
     auto table = bench::table_of(
         {"load", "Writes 500,000 Gaussians without and with harmonics of degree 3 in each format, and loads each file in a\nprocess of its own.\n",
-         "5,000 Gaussians, and one load of each file", "write the table: format,degree,gaussians,file_bytes,load_s,bytes_s,peak_over_records", false},
+         "5,000 Gaussians, and one load of each file", "write the table: format,degree,gaussians,file_bytes,load_s,bytes_s,peak_over_records", false, false},
         own);
     table.says("data", "accepted, not needed: this program makes its maps");
     return table;

@@ -57,7 +57,7 @@ shared::OptionTable table_of(Options& own)
                          "accepted, not needed: it takes seconds",
                          "write trace,measured_cycles,predicted_cycles,at_least_cycles,loaded_cycles,transfers,bytes,bound_by; with --judges "
                          "machine,figure,measured,unit,predicted,ratio,at_least,bound_by,missing,source",
-                         false},
+                         false, false},
                         own, rows);
     table.says("data", "accepted, not needed");
     return table;

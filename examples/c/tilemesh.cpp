@@ -439,7 +439,8 @@ public:
             throw Error("a time stamp that is not finite (the prediction needs the time between frames); give seconds");
         // A map may shine beyond 1, and resampling swings a little below 0.
         if (auto const* const odd = std::find_if(rgb, rgb + 3 * all, [](float v) { return v < -0.5f || v > 2.0f; }); odd != rgb + 3 * all)
-            throw Error("a picture with a colour of " + tilemesh::number_text(double{*odd}) + " (colours are 0 to 1, and at most 2 where a map shines); " +
+            throw Error("a picture with a colour of " + tilemesh::number_text(double{*odd}) +
+                        " (colours are 0 to 1, and at most 2 where a map shines); " +
                         (*odd < 0 ? "bring its range to 0 to 1" : "divide levels of 0 to 255 by 255"));
         tilemesh::track::TrackTarget target{report::Image(size_.width, size_.height), {}};
         std::copy(rgb, rgb + 3 * all, target.colour.rgb.begin());

@@ -86,7 +86,7 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
 /* Reads the cameras of a file on disk: JSON of this library, of 3DGS training or of nerfstudio (transforms.json), or a COLMAP model, of which
  * `path` may be the folder. The handle does not change. Returns JSON, or NULL with an error:
  *   {"notes": [text...], "cameras": [{"name": "SCENE/NAME" or "NAME", "width", "height", "camera": [17 numbers]}, ...]}
- * `camera` is for a picture of `width` x `height` pixels. Since version 4. The page has no files (TILEMESH_NOT_BUILT). */
+ * `camera` is for a picture of `width` x `height` pixels; its near plane is 0.2 where the file names none. Since version 4. The page has no files (TILEMESH_NOT_BUILT). */
 TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* path);
 
 /* Changes settings: a JSON object with some of the names below, such as {"width": 320, "channel_slots": 8}. Settings that it does not
@@ -199,7 +199,8 @@ TILEMESH_C int tilemesh_track_begin(tilemesh_handle* handle, double const* camer
 
 /* Tracks the next picture: `rgb` has 3 floats a pixel, linear, 0 to 1 (below -0.5 and above 2 are refused); `depth` 1 float a pixel in world
  * units, 0 or NaN where it is not known, or NULL for a tracker without depth. A pixel with a NaN in its colour does not count. `pixels` is
- * the number of pixels, which must be that of the tracker. `seconds` is the time of the picture. `camera` receives the 17 numbers of the camera that was found; NULL: none.
+ * the number of pixels, which must be that of the tracker. `seconds` is the time of the picture. `camera` receives the 17 numbers of the
+ * camera that was found; NULL: none.
  * Returns 1, or 0 with an error. A frame that is lost is no error: the camera is then a prediction. `tilemesh_report(handle, "track")` says:
  *   {"verdict": "converged" | "weak" | "lost", "why": text, "seconds", "camera": [17 numbers], "mean_cost", "evaluations",
  *    "exposure": {"log_gain", "offset"}, "median_depth"}

@@ -67,7 +67,8 @@ inline std::string with_remedy(std::string const& error, std::string const& reme
     return error.substr(0, error.rfind("; ")) + "; " + remedy;
 }
 
-/// Reads a study and the files that it names, which are beside it, in the `folder` that it names, or absolute. Throws `tilemesh::Error`, one line, for anything else.
+/// Reads a study and the files that it names, which are beside it, in the `folder` that it names, or absolute. Throws `tilemesh::Error`,
+/// one line, for anything else.
 Study load_study(std::filesystem::path const& path);
 
 } // namespace explore

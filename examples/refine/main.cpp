@@ -80,7 +80,8 @@ std::vector<std::vector<float>> depths_of(Refiner& refiner, std::vector<View> co
     for (std::size_t i = 0; i < views.size(); i += views.size() / 16 + 1) out.push_back(refiner.render(views[i].camera).depth.values);
     return out;
 }
-/// The median difference of depths, as a share of the second ones, where both are known; NaN if they nowhere are. `other(i)`: of the i-th of these views.
+/// The median difference of depths, as a share of the second ones, where both are known; NaN if no pixel has both. `other(i)`: those of the i-th
+/// of these views.
 template <class Other>
 double depth_difference(std::vector<std::vector<float>> const& depths, Other const& other)
 {

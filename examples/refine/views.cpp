@@ -43,6 +43,7 @@ void add_depths(Options const& options, std::vector<View>& views, Views& out)
     for (auto const& frame : scene::load_rgbd(*options.depths, options.depth_within, &of_list))
         if (!frame.depth.file.empty()) depth_of[fs::weakly_canonical(frame.colour.file)] = frame.depth.file;
     shared::add_notes(out.notes, *options.depths, of_list);
+    for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) out.read.push_back(*options.depths / list);
     std::size_t found = 0;
     for (auto& view : views)
         if (auto const at = depth_of.find(fs::weakly_canonical(view.photograph)); at != depth_of.end()) {
@@ -126,8 +127,8 @@ void read_photographs(Options const& options, std::vector<View>& views)
             auto const plane = shared::read_photo({{0, view.photograph}, {0, view.depth}}, view.size, options.depth_levels, "").depth;
             for (std::uint32_t y = 0; y < view.camera.height; ++y)
                 for (std::uint32_t x = 0; x < view.camera.width; ++x)
-                    view.depths.push_back(plane.values[std::size_t{(2 * y + 1) * view.size.height / (2 * view.camera.height)} * plane.width +
-                                                       (2 * x + 1) * view.size.width / (2 * view.camera.width)]);
+                    view.depths.push_back(plane.values[(std::size_t{2} * y + 1) * view.size.height / (std::size_t{2} * view.camera.height) * plane.width +
+                                                       (std::size_t{2} * x + 1) * view.size.width / (std::size_t{2} * view.camera.width)]);
         }
         view.levels.reserve(image.rgb.size());
         for (float const v : image.rgb) view.levels.push_back(static_cast<unsigned char>(std::lround(v > 0.0f ? std::min(v, 1.0f) * 255.0f : 0.0f)));

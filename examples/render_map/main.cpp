@@ -199,7 +199,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.entry.report = std::move(frame.rendered.report);
         frame.entry.report.camera = shots[i].name;
         frame.entry.timestamp_s = shots[i].timestamp_s;
-        frame.entry.view.emplace(camera);
+        frame.entry.view.emplace(camera, map.origin);
         frame.entry.grid = {renderer.grid().width, renderer.grid().height};
         frame.entry.tile_px = {renderer.tile().width, renderer.tile().height};
         while (writer.is_full(frame)) finish_one();

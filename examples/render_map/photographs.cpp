@@ -128,11 +128,11 @@ bool compare_frame(Options const& options, Shot const& shot, std::optional<Other
             if (!same(photo.size, {rendered.width, rendered.height})) image = report::resized_as_photograph(image, rendered.width, rendered.height);
             shared::apply_mask(image, photo.mask);
             photograph = OtherPicture{std::move(image), true};
+            frame.photograph = compare_with(photo.path, rendered, *photograph);
         } catch (Error const& error) {
             frame.photograph->problem = error.what();
             return false;
         }
-        frame.photograph = compare_with(photo.path, rendered, *photograph);
     }
     if (other) frame.compared = compare_with(*options.compare, rendered, *other);
     auto const& shown = photograph ? photograph : other;

@@ -11,8 +11,8 @@
 
 namespace render_map {
 
-/// Finds the photograph of each shot below the folder of --photos (`shared::photographs_of`); `names` are all cameras of the file. A photograph whose sides are the camera's divided by --scale, rounded up or down, sets the shot's
-/// size, as trainers do. A shot without a photograph that can be compared gets the reason. Throws `tilemesh::Error` if the folder has no
+/// Finds the photograph of each shot below the folder of --photos (`shared::photographs_of`); `names` are all cameras of the
+/// file. A photograph whose sides are the camera's divided by --scale, rounded up or down, sets the shot's size, as trainers do. A shot without a photograph that can be compared gets the reason. Throws `tilemesh::Error` if the folder has no
 /// photograph of any shot, and for a mask that cannot be used. Cost: a few system calls for each shot, and the header of its photograph.
 void find_photographs(Options const& options, std::vector<std::string> const& names, std::vector<Shot>& shots, std::vector<std::string>& notes);
 

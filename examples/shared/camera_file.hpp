@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <map>
 #include <string>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/json_text.hpp>
@@ -13,11 +15,14 @@ struct FoundCamera {
     tilemesh::scene::Pose pose;
 };
 
-/// A file of cameras in the library's own form (scene/camera_json.hpp), a camera a line. Every program reads it as --cameras. Names must differ.
+/// A file of cameras in the library's own form (scene/camera_json.hpp), a camera a line. Every program reads it as --cameras. The second camera
+/// of a picture has "#2" behind its name.
 inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, tilemesh::scene::Intrinsics const& lens)
 {
     std::string text = "{\"cameras\": [";
+    std::map<std::string, std::size_t> seen;
     for (auto const& camera : cameras) {
+        auto const times = ++seen[camera.name];
         auto const& rotation = camera.pose.rotation;
         auto const moved = -(rotation * camera.pose.position);
         std::string rows;
@@ -25,7 +30,7 @@ inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, til
             for (int column = 0; column < 4; ++column)
                 rows += (column != 0 ? ", " : row == 0 ? "[[" : "], [") + tilemesh::number_text(column == 3 ? moved[row] : rotation[column][row]);
         text += (text.ends_with('[') ? "\n " : ",\n ") + tilemesh::report::json_line([&](auto& json) {
-                    json.member("name", camera.name);
+                    json.member("name", times == 1 ? camera.name : camera.name + "#" + std::to_string(times));
                     json.member("width", lens.width);
                     json.member("height", lens.height);
                     json.member("fx", lens.fx);

@@ -16,7 +16,9 @@ namespace shared {
 inline nlohmann::ordered_json json_of(std::string_view text, std::string const& name)
 {
     using Json = nlohmann::ordered_json;
-    auto const refuse = [&](std::string const& problem, std::string const& todo) { throw tilemesh::Error(one_line(name) + " " + problem + "; " + todo); };
+    auto const refuse = [&](std::string const& problem, std::string const& todo) {
+        throw tilemesh::Error(one_line(name) + " " + problem + "; " + todo);
+    };
     std::vector<std::set<std::string>> keys;
     auto const look = [&](int depth, Json::parse_event_t event, Json& value) {
         if (depth > 64) refuse("cannot be read (lists and objects are more than 64 deep)", "write fewer inside each other");

@@ -142,9 +142,12 @@ void apply_mask(tilemesh::report::Image& picture, fs::path const& mask)
     for (float& value : image.rgb) value = value > 0.5f * white ? 1.0f : 0.0f; // masks of levels 0 and 1 too
     if (!same({image.width, image.height}, {picture.width, picture.height}))
         image = tilemesh::report::resized_as_photograph(image, picture.width, picture.height);
+    std::size_t left = 0;
     for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
         if (image.rgb[i] + image.rgb[i + 1] + image.rgb[i + 2] < 2.99f)
             std::fill_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(i), 3, std::numeric_limits<float>::quiet_NaN());
+        else ++left;
+    if (left == 0) throw Error(one_line(mask.string()) + " leaves nothing of its photograph (no pixel is white, or white all around); correct the mask");
 }
 
 } // namespace shared

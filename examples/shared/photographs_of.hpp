@@ -9,8 +9,8 @@
 
 namespace shared {
 
-/// The photograph of a camera. An empty path: there is none. `others` are cameras to which the file belongs as well or better: with one, it
-/// is that camera's photograph; with more, it is not clear whose it is; with none, it is this camera's.
+/// The photograph of a camera. An empty path: there is none. `others` are cameras to which the file belongs as well or better. Without
+/// others, it is this camera's photograph. With one, it is that camera's. With more, nothing says whose it is.
 struct PhotographOf {
     std::filesystem::path path;
     std::vector<std::string> others;

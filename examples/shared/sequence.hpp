@@ -155,7 +155,7 @@ public:
         auto const& photos = *options_.photos;
         auto const file =
             list_[k * options_.step()].colour.file.lexically_relative(std::filesystem::is_directory(photos) ? photos : photos.parent_path());
-        return file.generic_string();
+        return file.empty() ? list_[k * options_.step()].colour.file.generic_string() : file.generic_string();
     }
     SeenFrame take(std::size_t k) const
     {

@@ -41,22 +41,24 @@ void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector
     if (!o.cameras || photos.empty()) return;
     std::vector<std::string> names;
     std::vector<std::filesystem::path> masks;
+    std::vector<tilemesh::scene::Size> sizes;
     for (auto const& camera : tilemesh::scene::load_cameras(*o.cameras, nullptr, o.lens(), size)) {
         names.push_back(camera.name);
         masks.emplace_back(camera.mask);
+        sizes.push_back({camera.camera.width, camera.camera.height});
     }
     if (std::all_of(masks.begin(), masks.end(), [](auto const& mask) { return mask.empty(); })) return;
     auto const folder = photos.front().colour.file.parent_path();
     auto const pictures = photographs_of(folder.empty() ? "." : folder, names, names);
     std::error_code ignored;
-    std::map<std::filesystem::path, std::filesystem::path> mask_of;
+    std::map<std::filesystem::path, std::size_t> camera_of;
     for (std::size_t i = 0; i < names.size(); ++i)
-        if (!masks[i].empty() && pictures[i].found()) mask_of.emplace(std::filesystem::weakly_canonical(pictures[i].path, ignored), masks[i]);
+        if (!masks[i].empty() && pictures[i].found()) camera_of.emplace(std::filesystem::weakly_canonical(pictures[i].path, ignored), i);
     std::size_t found = 0;
     for (auto& frame : photos) {
-        auto const mask = mask_of.find(std::filesystem::weakly_canonical(frame.colour.file, ignored));
-        if (mask == mask_of.end()) continue;
-        require_mask(frame.mask = mask->second, size, size);
+        auto const camera = camera_of.find(std::filesystem::weakly_canonical(frame.colour.file, ignored));
+        if (camera == camera_of.end()) continue;
+        require_mask(frame.mask = masks[camera->second], size, sizes[camera->second]);
         ++found;
     }
     notes.push_back(found != 0 ? mask_note(found, photos.size()) : o.cameras->filename().string() + ": its masks belong to no picture of --photos");

@@ -282,12 +282,12 @@ int end_of(Options const& o, Outcome const& out, std::size_t frames, bool cut, P
             (end == std::string::npos ? "take pictures that are closer together" : out.first_loss.substr(end + 2)));
     }
     if (printer.problem) say(*printer.problem);
-    if (auto const signal = shared::interrupt(); signal != 0 && (cut || count < frames)) {
+    if (auto const signal = shared::interrupt(); signal != 0) {
         auto const of = " of " + std::to_string(frames) + " (" + shared::signal_name(signal) + "); ";
         say(count == 0 ? "interrupted before frame 1" + of + "nothing is written, start again"
-                       : std::string("interrupted ") + (cut ? "in the steps after frame " : "after frame ") + std::to_string(count) + of +
+                       : std::string("interrupted ") + (cut ? "in the steps after frame " : count == frames ? "in the comparison after frame " : "after frame ") + std::to_string(count) + of +
                              (o.out / "map.ply").string() + " has the map of these frames, " +
-                             (o.resume ? "the same command goes on from there" : "start again for the rest"));
+                             (!o.resume ? "start again for the rest" : cut ? "the same command goes on" : "the same command goes on from there"));
         return 128 + signal;
     }
     return printer.problem ? 2 : all_lost ? 1 : 0;

@@ -58,7 +58,7 @@ def _door(function: Function) -> Function:
     def call(*arguments: Any, **named: Any) -> Any:
         try:
             return function(*arguments, **named)
-        except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
+        except (ArithmeticError, AttributeError, RecursionError, TypeError, ValueError) as error:
             raise Error(f"{function.__qualname__.split('.__')[0]} with an argument that does not fit ({error}); correct it") from None
     return call  # type: ignore[return-value]
 
@@ -100,7 +100,8 @@ class Camera:
     def __post_init__(self) -> None:
         """All members become plain numbers, so that cameras can be compared and hashed."""
         for name, count in [("rotation", 9), ("position", 3), ("fx", 1), ("fy", 1), ("cx", 1), ("cy", 1), ("near", 1), ("size", 2)]:
-            if (value := getattr(self, name)) is None:
+            value = getattr(self, name)
+            if value is None and name == "size":
                 continue
             numbers = tuple(_flat(value))
             if len(numbers) != count:
@@ -229,7 +230,8 @@ def _load_library() -> ctypes.CDLL:
         handle, text, number = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
         for name, result, arguments in [
             ("create", handle, []), ("destroy", None, [handle]), ("error", text, [handle]), ("error_code", number, [handle]),
-            ("load_file", number, [handle, text]), ("cameras", text, [handle, text]), ("load", number, [handle, text, text, ctypes.c_size_t]), ("set", number, [handle, text]),
+            ("load_file", number, [handle, text]), ("cameras", text, [handle, text]),
+            ("load", number, [handle, text, text, ctypes.c_size_t]), ("set", number, [handle, text]),
             ("render", number, [handle, handle]), ("pixels", handle, [handle, text]), ("report", text, [handle, text]),
             ("track_begin", number, [handle, handle, number]),
             ("track", number, [handle, handle, handle, ctypes.c_size_t, ctypes.c_double, handle]),
@@ -432,7 +434,7 @@ def _floats(picture: Picture, shape: Sequence[int], what: str, known: bool, scal
 @_door
 def read_cameras(file: Text) -> dict[str, Camera]:
     """The cameras of a file, by name ("SCENE/NAME" if it has scenes): JSON of this library, of 3DGS training or nerfstudio (transforms.json),
-    or a COLMAP model."""
+    or a COLMAP model. A camera whose file names no near plane has 0.2; render_map chooses one for its map."""
     with _library_lock:
         library = _load_library()
         handle = library.tilemesh_create()

@@ -102,15 +102,19 @@ TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFr
         before_ms = frame.report.host_ms.total;
         why = detail::why_it_lacks(frame.report);
     }
-    bool ran = false; // then an Error may be the observer's, and says nothing about room
+    bool observer_threw = false; // its Error says nothing about room
     try {
         auto homes = make_homes_(core().map());
         homes->rules() = core().rules();
         if (demand_) homes->hold_to(*demand_);
         if (observer_)
-            homes->observe([&ran, observer = observer_](SuperstepEvent const& event) {
-                ran = true;
-                observer(event);
+            homes->observe([&observer_threw, observer = observer_](SuperstepEvent const& event) {
+                try {
+                    observer(event);
+                } catch (...) {
+                    observer_threw = true;
+                    throw;
+                }
             });
         core_.swap(homes); // an observer sees the core that runs
         RenderedFrame again;
@@ -126,7 +130,7 @@ TILEMESH_HOST void Renderer::render_into(splat::Camera const& camera, RenderedFr
         make_homes_ = nullptr;
         change_ = std::move(why);
     } catch (Error const& error) {
-        if (ran) throw;
+        if (observer_threw) throw;
         make_homes_ = nullptr;
         change_refused_ = error.what();
         if (!may_fit) core().render_into(camera, frame);

@@ -55,7 +55,7 @@ private:
 };
 
 namespace engine {
-/// Sets a flag for as long as it lives: something runs, and what it calls must not run it again.
+/// Sets a flag for as long as it lives. The flag says that a run is under way; an observer must not start another.
 class Raised {
 public:
     explicit Raised(bool& flag) noexcept : flag_(flag) { flag_ = true; }

@@ -38,7 +38,8 @@ public:
     }
     /// Sets the function that the mesh calls after every superstep; see SuperstepEvent.
     virtual void observe(Observer observer) = 0;
-    /// Throws Error if its own observer calls it: its frame is not over. So do `render_into`, `prepare`, `prefetch` and `observe`.
+    /// Throws Error if its own observer calls it, because its frame is not over. `render_into`, `prepare`, `prefetch` and `observe` throw this
+    /// Error too.
     virtual void require_idle() const {}
     /// The trace of the last frame, superstep by superstep. Throws Error if the engine keeps none.
     virtual Trace const& trace() const

@@ -50,7 +50,7 @@ struct Plot {
     std::vector<PlotSeries> series;
     std::string infinity = "inf";            ///< the name of the line with infinite values
     std::uint32_t width = 800, height = 420; ///< size of the whole picture in pixels; at least 320 x 200
-    bool equal_units = false;                ///< a unit is as long on both axes, as on a map; both are linear, and their limits follow from the points
+    bool equal_units = false;                ///< a unit is as long on both axes, which are linear; their limits follow from the points
 };
 
 namespace detail {

@@ -34,13 +34,14 @@ struct ViewOf {
     std::array<double, 16> world_to_camera{}; ///< 4 x 4, row by row; x right, y down, z forward
 
     ViewOf() = default;
-    explicit ViewOf(splat::Camera const& c) : intrinsics_px{c.fx, c.fy, c.cx, c.cy}
+    /// `origin`: what the reader of the map subtracted (`scene::Map::origin`); the view is in the coordinates of the file.
+    explicit ViewOf(splat::Camera const& c, std::array<double, 3> const& origin = {}) : intrinsics_px{c.fx, c.fy, c.cx, c.cy}
     {
         world_to_camera[15] = 1;
         for (std::size_t row = 0; row < 3; ++row)
             for (std::size_t k = 0; k < 3; ++k) {
                 world_to_camera[4 * row + k] = c.rotation[row][k];
-                world_to_camera[4 * row + 3] -= double{c.rotation[row][k]} * c.position[k];
+                world_to_camera[4 * row + 3] -= double{c.rotation[row][k]} * (c.position[k] + origin[k]);
             }
     }
 };

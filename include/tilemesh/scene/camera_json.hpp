@@ -54,12 +54,16 @@ inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std
 {
     std::error_code ignored;
     auto folder = std::filesystem::absolute(model, ignored).lexically_normal();
-    for (int up = 0; up < 4 && !std::filesystem::is_directory(folder / "masks", ignored); ++up) folder = folder.parent_path();
+    if (!folder.has_filename() || !std::filesystem::is_directory(folder, ignored)) folder = folder.parent_path(); // a slash at the end, or a file
+    for (int up = 0; up < 3 && !std::filesystem::is_directory(folder / "masks", ignored); ++up) folder = folder.parent_path();
     auto const masks = folder / "masks";
     if (!std::filesystem::is_directory(masks, ignored)) return cameras;
-    for (auto& camera : cameras)
+    for (auto& camera : cameras) {
+        auto const name = std::filesystem::path(camera.name).lexically_normal();
+        if (name.empty() || name.is_absolute() || *name.begin() == "..") continue; // no file below masks/
         for (auto const& file : {masks / (camera.name + ".png"), (masks / camera.name).replace_extension(".png")})
             if (camera.mask.empty() && std::filesystem::is_regular_file(file, ignored)) camera.mask = file.string();
+    }
     return cameras;
 }
 

@@ -35,7 +35,7 @@ struct MapperOptions {
     splat::TileSize tile{32, 20}; ///< changes no bit of the map
     std::uint64_t seed = 1;       ///< of the choice of keyframes
     splat::Coverage coverage = splat::Coverage::of_record; ///< `preserved`: with anti-aliasing; the map must be shown so, too
-    /// Asked before each step, if it is given: true ends the steps of this keyframe, or of `refine`.
+    /// Asked before each step but a keyframe's first, if it is given: true ends the steps of this keyframe, or of `refine`.
     std::function<bool()> stop{};
 };
 

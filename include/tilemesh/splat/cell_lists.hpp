@@ -112,10 +112,10 @@ private:
     {
         auto const share = A::square_root(at_least<L>((faintest + 0.01f) / faintest, Floats<L>{})); // of the ellipse at the cut
         Floats<L> const mean_y = load<L>(c.mean_y + i), y = mean_y + (camera.cy - 0.5f);
-        auto const margin = [](Floats<L> const& mean, Floats<L> const& half_side) {
-            return 1e-4f + 1e-5f * half_side + 0x1p-21f * (magnitude<L>(mean) + half_side);
+        auto const margin = [](Floats<L> const& at, Floats<L> const& mean, Floats<L> const& half_side) {
+            return 1e-4f + 1e-5f * half_side + 0x1p-21f * (magnitude<L>(at) + magnitude<L>(mean) + half_side);
         };
-        Floats<L> const wide = reach * share + margin(load<L>(c.mean_x + i), reach), high = half * share + margin(mean_y, half);
+        Floats<L> const wide = reach * share + margin(x, load<L>(c.mean_x + i), reach), high = half * share + margin(y, mean_y, half);
         Words<L> const columns = loaded<L>(c.columns + i), rows = loaded<L>(c.rows + i);
         Words<L> const x0 = columns & 0xffff, x1 = columns >> 16 & 0xffff, y0 = rows & 0xffff, y1 = rows >> 16 & 0xffff;
         auto const width = static_cast<std::int32_t>(camera.width), depth = static_cast<std::int32_t>(camera.height);

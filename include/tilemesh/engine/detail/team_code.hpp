@@ -13,7 +13,8 @@ namespace tilemesh { inline namespace v0_2 { namespace engine::detail {
 
 TILEMESH_HOST Team::Team(std::uint32_t threads)
 {
-    [[maybe_unused]] static int const watches = ::pthread_atfork(nullptr, nullptr, [] { forks.fetch_add(1); });
+    static int const watches = ::pthread_atfork(nullptr, nullptr, [] { forks.fetch_add(1); });
+    if (watches != 0) throw std::bad_alloc{}; // without it, a forked child would wait for threads that it does not have
     threads_.reserve(threads);
     try {
         start(threads);

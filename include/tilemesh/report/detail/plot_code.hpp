@@ -152,7 +152,8 @@ TILEMESH_HOST std::string svg(Plot const& plot)
     std::array<PlotAxis, 2> axes{plot.x, plot.y};
     if (plot.equal_units && least[0] <= most[0] && least[1] <= most[1]) {
         double const far = std::max({std::fabs(least[0]), std::fabs(most[0]), std::fabs(least[1]), std::fabs(most[1]), 1e-6});
-        double const per_px = 1.05 * std::max({(most[0] - least[0]) / (right - left), (most[1] - least[1]) / (bottom - top), 1e-6 * far}); // of one point, too
+        // One point has no extent; it gets a millionth of its distance from 0 a pixel.
+        double const per_px = 1.05 * std::max({(most[0] - least[0]) / (right - left), (most[1] - least[1]) / (bottom - top), 1e-6 * far});
         for (std::size_t i = 0; i < 2; ++i) {
             double const middle = (least[i] + most[i]) / 2, half = per_px * (i == 0 ? right - left : bottom - top) / 2;
             axes[i].low = middle - half, axes[i].high = middle + half;

@@ -167,6 +167,7 @@ TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height)
 
 TILEMESH_HOST void check_camera(splat::Camera const& camera)
 {
+    detail::require_pixels(camera.width, camera.height);
     if (auto const why = detail::fault_of(pose_of(camera), lens_of(camera)); !why.empty())
         throw Error("a camera that no frame can be rendered with (" + why + "); correct the camera");
 }

@@ -264,7 +264,7 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
         body.resize(static_cast<std::size_t>(SpzHeader::bytes + row_bytes * header.rows + (extends ? most_spz_extensions : 0)));
         auto const result = codecs.gzip(in, body);
         if (result.damaged) refuse("its gzip stream is damaged");
-        if (result.bytes == body.size() && !result.ended && !result.more) refuse("its gzip stream is cut off");
+        if (!result.ended && !result.more && (extends || result.bytes == body.size())) refuse("its gzip stream is cut off");
         more = result.more;
         body.resize(result.bytes);
         rows = ByteView(body).subspan(SpzHeader::bytes);
@@ -289,7 +289,8 @@ TILEMESH_HOST Map read_spz(std::istream& stream, std::string const& name, Codecs
     if (more && !extends) map.notes.push_back("bytes after the last row skipped");
     if (header.rows == 0) map.notes.push_back("the header promises no rows: the map is empty");
     unpack_spz(header, axes, parts, map);
-    return axes.swapped ? turned(std::move(map), Turn::x90) : map;
+    if (axes.swapped) return turned(std::move(map), Turn::x90);
+    return map;
 }
 
 }}} // namespace tilemesh::scene
