@@ -80,6 +80,11 @@ begun() {
     pid=$!
     until eval "$until" 2>/dev/null || [ $tries -eq 3000 ] || ! kill -0 $pid 2>/dev/null; do sleep 0.02 && tries=$((tries + 1)); done
 }
+# unread ARGUMENTS...: $PROGRAM, after the reader of its standard output has gone. Its status is in the file `status`, its errors in `said`.
+unread() {
+    rm -f gone
+    { until [ -e gone ]; do sleep 0.02; done && "$PROGRAM" "$@" 2>said || echo $? >status; } | { exec <&- && : >gone; }
+}
 # stopped SIGNAL:STATUS CONDITION ARGUMENTS...: $PROGRAM gets the signal when the condition holds, and ends with the status.
 stopped() {
     signal=$1

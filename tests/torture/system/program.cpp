@@ -66,12 +66,14 @@ std::string once(std::string const& text)
 /// The same files, to be compared: host times differ from run to run, so they are 0.
 Files files_of(fs::path const& folder)
 {
-    static std::regex const times("\"(keyframe_)?host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"digest\":\"[0-9a-f]*\"\\}\n");
+    static std::regex const times("\"(keyframe_)?host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"(digest|check)\":\"[0-9a-f]*\"\\}\n");
     auto all = texts_of(folder);
     for (auto& [name, text] : all)
         if (fs::path(name).extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
     for (auto& [name, text] : all)
-        if (fs::path(name).filename() == journal) text = once(std::regex_replace(text, seals, "}\n")); // a digest has the times, too
+        if (fs::path(name).extension() == ".jsonl") text = std::regex_replace(text, seals, "}\n"); // a digest has the times, too
+    for (auto& [name, text] : all)
+        if (fs::path(name).filename() == journal) text = once(text);
     for (auto& [name, text] : all)
         if (fs::path(name).filename() == checkpoint && !text.empty()) text = checkpoint; // it has times; a run that goes on proves it
     return all;
@@ -407,7 +409,7 @@ try {
             }
             auto old = texts_of(files); // --resume goes on from them
             if (command_name != "resume")
-                for (auto& [file, text] : old) text = "as it was\n";
+                for (auto& [file, text] : old) text = fs::path(file).extension() == ".jsonl" ? "" : "as it was\n"; // explore notes foreign lines
             auto const old_files = command_name != "resume" ? old : right_files;
             Row row{name, page.calls, 0, 0, 0, 0};
             std::uint64_t const most = all ? 2000 : 4;
