@@ -103,8 +103,12 @@ private:
     {
         return ~(opacity <= alpha_max * below_the_clamp) & static_cast<std::int32_t>(Special::clamped);
     }
+    TILEMESH_KERNEL static Floats<L> margin(Floats<L> const& at, Floats<L> const& mean, Floats<L> const& half_side) noexcept
+    {
+        return 1e-4f + 1e-5f * half_side + 0x1p-21f * (magnitude<L>(at) + magnitude<L>(mean) + half_side);
+    }
     /// May a pixel beyond the rectangle pass the cut? A tile beside the rectangle does not have the splat, so such a pixel must get nothing in
-    /// any tiling. The opacity box touches the ellipse at the cut without margin; the test is of an ellipse that is larger by `margin` pixels:
+    /// any tiling. The opacity box touches the ellipse at the cut without margin; the test is of an ellipse that is larger by `margin`, in pixels:
     /// more than alpha's own error (2e-5 of it) and the rounding of x and reach move that ellipse. The frame's borders cut nothing.
     template <std::uint32_t Size>
     TILEMESH_KERNEL static Words<L> clipped(CellChunk<Size> const& c, std::uint32_t i, Floats<L> const& x, Floats<L> const& faintest,
@@ -112,9 +116,6 @@ private:
     {
         auto const share = A::square_root(at_least<L>((faintest + 0.01f) / faintest, Floats<L>{})); // of the ellipse at the cut
         Floats<L> const mean_y = load<L>(c.mean_y + i), y = mean_y + (camera.cy - 0.5f);
-        auto const margin = [](Floats<L> const& at, Floats<L> const& mean, Floats<L> const& half_side) {
-            return 1e-4f + 1e-5f * half_side + 0x1p-21f * (magnitude<L>(at) + magnitude<L>(mean) + half_side);
-        };
         Floats<L> const wide = reach * share + margin(x, load<L>(c.mean_x + i), reach), high = half * share + margin(y, mean_y, half);
         Words<L> const columns = loaded<L>(c.columns + i), rows = loaded<L>(c.rows + i);
         Words<L> const x0 = columns & 0xffff, x1 = columns >> 16 & 0xffff, y0 = rows & 0xffff, y1 = rows >> 16 & 0xffff;

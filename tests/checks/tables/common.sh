@@ -82,8 +82,8 @@ begun() {
 }
 # unread ARGUMENTS...: $PROGRAM, after the reader of its standard output has gone. Its status is in the file `status`, its errors in `said`.
 unread() {
-    rm -f gone
-    { until [ -e gone ]; do sleep 0.02; done && "$PROGRAM" "$@" 2>said || echo $? >status; } | { exec <&- && : >gone; }
+    rm -f reader.gone status
+    { until [ -e reader.gone ]; do sleep 0.02; done && "$PROGRAM" "$@" 2>said || echo $? >status; } | { exec <&- && : >reader.gone; }
 }
 # stopped SIGNAL:STATUS CONDITION ARGUMENTS...: $PROGRAM gets the signal when the condition holds, and ends with the status.
 stopped() {
