@@ -232,7 +232,7 @@ TEST_CASE("bad requests are refused in one line")
     CHECK(message({.tile = {0, 8}}, support::lens(64, 64)).find("one side of 0") != std::string::npos);
     auto blind = support::lens(64, 64);
     blind.near_depth = 0;
-    CHECK(message({}, blind).find("near plane") != std::string::npos);
+    CHECK(message({}, blind).find("near is not positive") != std::string::npos);
     try {
         (void)make_runner<Paper>(map, {.hops = 1});
         FAIL("one set of channels cannot hold what a bound leaves in both");

@@ -176,7 +176,6 @@ TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
     constexpr double year_2000 = 946684800.0, year_2100 = 4102444800.0; // seconds since 1970
     for (double const unit : {1.0, 1e-3, 1e-6, 1e-9})
         if (largest * unit >= year_2000 && largest * unit <= year_2100 && step * unit < 1e3) return unit;
-    if (largest >= year_2000 && largest <= year_2100) return 1.0; // seconds, far apart
     if (whole && step > 0.0) return step < 1e3 ? 1.0 : step < 1e6 ? 1e-6 : 1e-9;
     return largest < 1e11 ? 1.0 : largest < 1e14 ? 1e-3 : largest < 1e17 ? 1e-6 : 1e-9;
 }
