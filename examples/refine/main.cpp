@@ -72,12 +72,16 @@ float median_depth(Refiner& refiner, std::vector<View> const& views)
     throw Error("no camera shows anything of the map (no pixel is half covered); name the cameras of this map");
 }
 
-/// What the map shows in at most 16 views.
+/// The step between views of which depths are compared: at most 16 of them.
+std::size_t stride(std::vector<View> const& views)
+{
+    return views.size() / 16 + 1;
+}
 template <class Refiner>
 std::vector<std::vector<float>> depths_of(Refiner& refiner, std::vector<View> const& views)
 {
     std::vector<std::vector<float>> out;
-    for (std::size_t i = 0; i < views.size(); i += views.size() / 16 + 1) out.push_back(refiner.render(views[i].camera).depth.values);
+    for (std::size_t i = 0; i < views.size(); i += stride(views)) out.push_back(refiner.render(views[i].camera).depth.values);
     return out;
 }
 /// The median difference of depths, as a share of the second ones, where both are known; NaN if no pixel has both. `other(i)`: those of the i-th
@@ -192,7 +196,7 @@ int run_with(Options const& o, scene::Map map, refine::Views const& views, Print
 
     auto const before = compare(refiner, views.held_out);
     auto const shape = depths_of(refiner, views.used);
-    auto const given = [&](std::size_t i) -> std::vector<float> const& { return views.used[i * (views.used.size() / 16 + 1)].depths; };
+    auto const given = [&](std::size_t i) -> std::vector<float> const& { return views.used[i * stride(views.used)].depths; };
     auto const count = static_cast<std::uint32_t>(views.used.size());
     std::uint32_t const steps = o.steps.value_or(20 * count), tenth = std::max(1u, steps / 10);
     printer.say(std::to_string(refiner.map().gaussians.size()) + " Gaussians, " + std::to_string(count) + " photographs, " +

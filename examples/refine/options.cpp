@@ -17,12 +17,9 @@ constexpr Option<Options> rows[] = {
                             {2, 1'000'000}),
     words<&Options::optimiser>("optimiser", "NAME", "{}: a second moment a kind of parameter, or Adam [by-kind]", optimisers),
     option<&Options::rate>("rate", "X", "times all rates; they fall to a tenth over the run [1]", {1e-6, 1e3})};
-constexpr Option<Options> depth_rows[] = {
-    input<&Options::depths>(
-        "depths", "PATH",
-        "their depths, which the map then keeps to: an RGB-D list (associations.txt), or a folder with it, or with rgb.txt and depth.txt"),
-    option<&Options::depth_levels>("depth-scale", "LEVELS", "levels of the depth pictures a world unit [5000]", {1e-6, 1e9}),
-    option<&Options::depth_within>("depth-within", "SECONDS", "a depth of depth.txt is at most so far from its picture [0.02]", {0, 1e9})};
+constexpr Option<Options> own_depth_rows[] = {input<&Options::depths>(
+    "depths", "PATH",
+    "their depths, which the map then keeps to: an RGB-D list (associations.txt), or a folder with it, or with rgb.txt and depth.txt")};
 constexpr Pairing depth_pairings[] = {{Pairing::needs, "depth-scale", "depths", "it is the scale of depth pictures"},
                                       {Pairing::needs, "depth-within", "depths", "it belongs to a list of depths"}};
 constexpr Option<Options> outputs[] = {option<&Options::out>("out", "FILE", "the refined map, a PLY [refined.ply]"),
@@ -42,6 +39,7 @@ OptionTable table_of(Options& o)
     table.add("The photographs", o, photograph_rows, photograph_pairings);
     table.says("photos", "the folder of the photographs, PNG or JPEG, named as the cameras");
     table.says("background", "{}: what shows through the map [0,0,0]");
+    table.add("The photographs", o, own_depth_rows);
     table.add("The photographs", o, depth_rows, depth_pairings);
     table.add("The cameras", o, camera_rows, camera_pairings);
     table.says("cameras", "a camera file or a COLMAP model, as for render_map");

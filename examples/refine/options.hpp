@@ -3,18 +3,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <tilemesh/scene/rgbd_list.hpp>
 
 namespace refine {
 
 enum class Optimiser { by_kind, adam };
 
 /// What the command line says.
-struct Options : shared::MapInput, shared::CameraInput, shared::PhotographInput, shared::HostInput {
+struct Options : shared::MapInput, shared::CameraInput, shared::PhotographInput, shared::DepthInput, shared::HostInput {
     std::filesystem::path map, out = "refined.ply";
     std::optional<std::filesystem::path> report;
     std::optional<std::filesystem::path> depths; ///< an RGB-D list with depths of the photographs
-    double depth_levels = 5000, depth_within = tilemesh::scene::most_seconds_apart;
     std::optional<std::uint32_t> steps; ///< none: 20 for each picture that is not held out
     std::optional<std::uint32_t> every; ///< none: 8
     double rate = 1;                    ///< times all rates

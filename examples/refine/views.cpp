@@ -43,7 +43,7 @@ void add_depths(Options const& options, std::vector<View>& views, Views& out)
     for (auto const& frame : scene::load_rgbd(*options.depths, options.depth_within, &of_list))
         if (!frame.depth.file.empty()) depth_of[fs::weakly_canonical(frame.colour.file)] = frame.depth.file;
     shared::add_notes(out.notes, *options.depths, of_list);
-    for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) out.read.push_back(*options.depths / list);
+    for (auto const* const list : shared::rgbd_lists) out.read.push_back(*options.depths / list);
     std::size_t found = 0;
     for (auto& view : views)
         if (auto const at = depth_of.find(fs::weakly_canonical(view.photograph)); at != depth_of.end()) {

@@ -1,8 +1,8 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <map>
 #include <string>
-#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
@@ -25,10 +25,11 @@ inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, til
         auto const times = ++seen[camera.name];
         auto const& rotation = camera.pose.rotation;
         auto const moved = -(rotation * camera.pose.position);
-        std::string rows;
+        std::array<double, 16> to_camera{};
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 4; ++column)
-                rows += (column != 0 ? ", " : row == 0 ? "[[" : "], [") + tilemesh::number_text(column == 3 ? moved[row] : rotation[column][row]);
+                to_camera[static_cast<std::size_t>(4 * row + column)] = column == 3 ? moved[row] : rotation[column][row];
+        to_camera[15] = 1;
         text += (text.ends_with('[') ? "\n " : ",\n ") + tilemesh::report::json_line([&](auto& json) {
                     json.member("name", times == 1 ? camera.name : camera.name + "#" + std::to_string(times));
                     json.member("width", lens.width);
@@ -38,7 +39,7 @@ inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, til
                     json.member("cx", lens.cx);
                     json.member("cy", lens.cy);
                     json.member("near", double{lens.near_depth});
-                    json.member_as_is("world_to_camera", rows + "], [0, 0, 0, 1]]");
+                    json.member_as_is("world_to_camera", tilemesh::report::matrix_text(to_camera));
                 });
     }
     return text + "\n]}\n";

@@ -68,10 +68,11 @@ inline constexpr Pairing motion_pairings[] = {{Pairing::needs, "relative", "traj
 
 // --- recordings with depth, and pictures that are spoilt as such a camera would
 
+inline constexpr Option<DepthInput> depth_rows[] = {
+    option<&DepthInput::depth_levels>("depth-scale", "LEVELS", "levels of the depth pictures a world unit [5000]", {1e-6, 1e9}),
+    option<&DepthInput::depth_within>("depth-within", "SECONDS", "a depth of depth.txt is at most so far from its picture [0.02]", {0, 1e9})};
 inline constexpr Option<RecordingInput> recording_rows[] = {
     input<&RecordingInput::photos>("photos", "DIR", "real pictures: a folder of the TUM RGB-D benchmark, or an association file"),
-    option<&RecordingInput::depth_levels>("depth-scale", "LEVELS", "levels of the depth pictures a world unit [5000]", {1e-6, 1e9}),
-    option<&RecordingInput::depth_within>("depth-within", "SECONDS", "a depth of depth.txt is at most so far from its picture [0.02]", {0, 1e9}),
     {{"no-depth", "", "colour alone"}, [](RecordingInput& o, OptionValue const&) { o.depth = false; }},
     option<&RecordingInput::noise>("noise", "SIGMA", "{}: noise; above 0 also 8 bits, depth errors, gain drift, motion blur [0.02]", {0, 1}),
     option<&RecordingInput::shutter>("shutter", "SHARE", "{}: the share of a frame's time in which the shutter is open [0.5]", {0, 1}),

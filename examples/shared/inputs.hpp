@@ -111,10 +111,16 @@ struct MotionInput {
 
 // --- recordings with depth, and pictures that are spoilt as such a camera would
 
-struct RecordingInput {
-    std::optional<std::filesystem::path> photos; ///< none: pictures are rendered
+/// The lists that a folder of pictures with depth may have.
+inline constexpr char const* rgbd_lists[] = {"associations.txt", "rgb.txt", "depth.txt"};
+/// How depth pictures are read.
+struct DepthInput {
+    double depth_levels = 5000.0;                              ///< a world unit
     double depth_within = tilemesh::scene::most_seconds_apart; ///< the furthest that a depth of a depth.txt is from its picture, in seconds
-    double depth_levels = 5000.0, noise = 0.02, shutter = 0.5, gain_drift = 0.1;
+};
+struct RecordingInput : DepthInput {
+    std::optional<std::filesystem::path> photos; ///< none: pictures are rendered
+    double noise = 0.02, shutter = 0.5, gain_drift = 0.1;
     bool depth = true;
 };
 

@@ -31,6 +31,7 @@ void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size,
     table.says("every", "every N-th pose or picture [1]");
     table.says("relative", "apply the trajectory's motion from its first pose to the camera");
     table.add("Its pictures", o, recording_rows);
+    table.add("Its pictures", o, depth_rows);
     table.add("What comes out", o, result_rows);
     table.says("out", out);
     table.pair({{Pairing::excludes, "photos", "size", "--size is for rendered pictures, and --photos has its own"}});
@@ -70,7 +71,7 @@ std::vector<std::filesystem::path> files_read(SequenceOptions const& o, std::vec
 {
     auto files = std::move(sized_by);
     if (o.photos)
-        for (char const* const list : {"associations.txt", "rgb.txt", "depth.txt"}) files.push_back(*o.photos / list);
+        for (auto const* const list : rgbd_lists) files.push_back(*o.photos / list);
     for (auto const& frame : photos) {
         files.push_back(frame.colour.file);
         if (!frame.depth.file.empty()) files.push_back(frame.depth.file);

@@ -2,6 +2,7 @@
 #include "map_writers.hpp"
 #include "real_packing.hpp"
 #include "support.hpp"
+#include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -184,27 +185,14 @@ TEST_CASE("SPZ: bit for bit what its reference reader gives, in all versions, wi
     CHECK(notes_have(read(packed.plain()), "bytes after the last row skipped"));
 }
 
-/// The harmonics of degree 1 to 3 in a unit direction, as 3DGS has them.
+/// The harmonics of degree 1 to 3 in a unit direction, by their definition.
 std::array<double, 15> harmonics_in(double const (&d)[3])
 {
-    double const pi = 3.14159265358979323846, x = d[0], y = d[1], z = d[2], a = std::sqrt(3 / (4 * pi)), b = std::sqrt(15 / pi) / 2,
-                 c = std::sqrt(5 / pi) / 4, e = std::sqrt(35 / (2 * pi)) / 4, f = std::sqrt(105 / pi) / 2, g = std::sqrt(21 / (2 * pi)) / 4,
-                 h = std::sqrt(7 / pi) / 4;
-    return {-a * y,
-            a * z,
-            -a * x,
-            b * x * y,
-            -b * y * z,
-            c * (2 * z * z - x * x - y * y),
-            -b * x * z,
-            b / 2 * (x * x - y * y),
-            -e * y * (3 * x * x - y * y),
-            f * x * y * z,
-            -g * y * (4 * z * z - x * x - y * y),
-            h * z * (2 * z * z - 3 * x * x - 3 * y * y),
-            -g * x * (4 * z * z - x * x - y * y),
-            f / 2 * z * (x * x - y * y),
-            -e * x * (x * x - 3 * y * y)};
+    std::array<double, 15> out{};
+    std::size_t k = 0;
+    for (int l = 1; l <= 3; ++l)
+        for (int m = -l; m <= l; ++m) out[k++] = tilemesh::report::detail::harmonic(l, m, d[0], d[1], d[2]);
+    return out;
 }
 
 TEST_CASE("SPZ: the extension of a coordinate system turns and mirrors means, rotations and harmonics, in every version")

@@ -100,9 +100,7 @@ inline std::string text_of(RunFrame const& frame)
         }
         if (frame.view) {
             json.list("intrinsics_px", frame.view->intrinsics_px);
-            std::string rows; // one line: a matrix
-            for (std::size_t i = 0; i < 16; ++i) rows += (i == 0 ? "[[" : i % 4 == 0 ? "], [" : ", ") + digits(frame.view->world_to_camera[i]);
-            json.member_as_is("world_to_camera", rows + "]]");
+            json.member_as_is("world_to_camera", matrix_text(frame.view->world_to_camera, digits));
         }
         json.list("size_px", std::array{r.width, r.height});
         json.list("grid", frame.grid);

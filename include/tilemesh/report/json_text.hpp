@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -107,6 +108,14 @@ private:
     std::string (*number_)(double);
     bool first_ = true; ///< the innermost array or object is still empty
 };
+
+/// A 4 x 4 matrix, row by row, as a list of lists in one line (`JsonText::member_as_is`).
+inline std::string matrix_text(std::array<double, 16> const& m, std::string (*number)(double) = number_text)
+{
+    std::string rows;
+    for (std::size_t i = 0; i < 16; ++i) rows += (i == 0 ? "[[" : i % 4 == 0 ? "], [" : ", ") + number(m[i]);
+    return rows + "]]";
+}
 
 /// An object in one line: `write(json)` writes its members.
 template <class Write>
