@@ -25,15 +25,16 @@
 #include <streambuf>
 #include <string>
 #include <string_view>
+#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/digest.hpp>
-#include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/frame_layout.hpp>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
@@ -70,6 +71,7 @@ using shared::Option;
 using shared::option;
 using shared::Word;
 using tilemesh::Error;
+using tilemesh::RendererOptions, tilemesh::Extent2;
 using tilemesh::render::setup_field, tilemesh::render::setup_fields;
 
 /// The page has one thread and no files, and leaves out the program of homes and the tracker.
@@ -100,12 +102,12 @@ std::string dumped(Json const& json)
 // --- settings --------------------------------------------------------------------------------------------------------------
 
 struct Settings {
-    std::uint32_t width = 640, height = 360, tile_width = 0, tile_height = 0;
-    std::uint32_t channel_slots = 0, storage_slots = 0, waiting_slots = 0, hops = 0, mesh = 0, threads = 1;
+    std::uint32_t width = 640, height = 360, mesh = 0;
+    RendererOptions renderer; ///< what its rows set; `options_of` adds what others do
     std::string preset = "lossless", machine = "mk2", quality = "default", program = "anchored";
     std::vector<render::SetupValue> fields; ///< those that every program has; others are the preset's
     std::array<double, 3> background{};
-    bool difference = false, digest = false, depth = false, alpha = false, exposure = false, antialias = false;
+    bool difference = false, depth = false, alpha = false, exposure = false, antialias = false;
     std::int64_t follow = -1;
 
     bool operator==(Settings const&) const = default;
@@ -127,10 +129,10 @@ constexpr auto json_name = [] {
     std::replace_copy(setup_fields[Field].name.begin(), setup_fields[Field].name.end(), name.begin(), '-', '_');
     return name;
 }();
-template <std::size_t Field, auto Member>
+template <std::size_t Field, auto... Members>
 constexpr Option<Settings> field()
 {
-    auto row = shared::field<Field, Member>("", {});
+    auto row = shared::field<Field, Members...>("", {});
     row.name = {json_name<Field>.data(), json_name<Field>.size()};
     return row;
 }
@@ -166,31 +168,50 @@ constexpr auto policy_rows = shared::rows_of_everyone([](auto of) { return polic
 constexpr Option<Settings> own_rows[] = {
     option<&Settings::width>("width", "N", "Width of the picture", {16, 4096, "pixels"}),
     option<&Settings::height>("height", "N", "Height of the picture", {16, 4096, "pixels"}),
-    option<&Settings::tile_width>("tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
-    option<&Settings::tile_height>("tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
-    field<setup_field("channel-slots"), &Settings::channel_slots>(),
-    field<setup_field("storage-slots"), &Settings::storage_slots>(),
-    field<setup_field("waiting-slots"), &Settings::waiting_slots>(),
-    option<&Settings::hops>("hops", "N", "Most exchanges of routing, and of bloom, in a frame; 0: until all tiles are quiet", {0, 4096, "exchanges"}),
+    option<&Settings::renderer, &RendererOptions::tile, &Extent2::width>(
+        "tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    option<&Settings::renderer, &RendererOptions::tile, &Extent2::height>(
+        "tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
+    field<setup_field("channel-slots"), &Settings::renderer, &RendererOptions::channel_slots>(),
+    field<setup_field("storage-slots"), &Settings::renderer, &RendererOptions::storage_slots>(),
+    field<setup_field("waiting-slots"), &Settings::renderer, &RendererOptions::waiting_slots>(),
     option<&Settings::mesh>("mesh", "N", "Number of the mesh; another number begins a new one", {0, 1'000'000}),
-    option<&Settings::threads>("threads", "N", "Threads of the host; the picture does not depend on them", {1, is_page ? 1 : 256}),
+    option<&Settings::renderer, &RendererOptions::threads>("threads", "N", "Threads of the host; the picture does not depend on them",
+                                                           {1, is_page ? 1 : 256}),
     field<setup_field("preset"), &Settings::preset>(),
     field<setup_field("machine"), &Settings::machine>(),
     field<setup_field("quality"), &Settings::quality>(),
     field<setup_field("program"), &Settings::program>(),
     option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
     option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
-    option<&Settings::digest>("digest", "", "The report has digests of the machine's words"),
+    option<&Settings::renderer, &RendererOptions::digest>("digest", "", "The report has digests of the machine's words"),
     option<&Settings::depth>("depth", "", "Frames have the plane of depths"),
     option<&Settings::alpha>("alpha", "", "Frames have the plane of covered shares"),
     option<&Settings::exposure>("exposure", "", "A tracker also finds gain and offset"),
     option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
     option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
                               "it is the id of a Gaussian, or -1")};
+template <std::size_t Field>
+constexpr auto renderer_name = [] {
+    std::array<char, render::renderer_fields[Field].name.size()> name{};
+    std::replace_copy(render::renderer_fields[Field].name.begin(), render::renderer_fields[Field].name.end(), name.begin(), '-', '_');
+    return name;
+}();
+constexpr auto renderer_rows = []<std::size_t... I>(std::index_sequence<I...>)
+{
+    auto rows = shared::rows_of_renderer<&Settings::renderer>();
+    ((rows[I].name = {renderer_name<I>.data(), renderer_name<I>.size()}), ...);
+    for (auto& row : rows) row.least = 0; // 0 stands for the word
+    return rows;
+}
+(std::make_index_sequence<std::size(render::renderer_fields)>());
 constexpr auto setting_rows = [] {
-    return [&]<std::size_t... I, std::size_t... J>(std::index_sequence<I...>, std::index_sequence<J...>) {
-        return std::array{own_rows[I]..., policy_rows[J]...};
-    }(std::make_index_sequence<std::size(own_rows)>(), std::make_index_sequence<std::size(policy_rows)>());
+    return []<std::size_t... I, std::size_t... J, std::size_t... K>(std::index_sequence<I...>, std::index_sequence<J...>, std::index_sequence<K...>)
+    {
+        return std::array{own_rows[I]..., renderer_rows[J]..., policy_rows[K]...};
+    }
+    (std::make_index_sequence<std::size(own_rows)>(), std::make_index_sequence<std::size(renderer_rows)>(),
+     std::make_index_sequence<std::size(policy_rows)>());
 }();
 /// Options of render_map's maps and cameras that are no settings here, and why.
 constexpr std::pair<char const*, char const*> no_settings[] = {
@@ -207,9 +228,7 @@ constexpr std::uint32_t test_slots = 8000;
 
 splat::Tiling tiling_of(Settings const& settings)
 {
-    tilemesh::RendererOptions options;
-    options.tile = {settings.tile_width, settings.tile_height};
-    return tilemesh::tiling_for(options, settings.width, settings.height);
+    return tilemesh::tiling_for(settings.renderer, settings.width, settings.height);
 }
 /// The setup on a machine with room for so many records on a tile, and for its pixels.
 render::Setup roomy(render::Setup setup, splat::Tiling const& tiling, std::uint32_t slots)
@@ -236,14 +255,7 @@ std::uint32_t preset_slots(splat::Sizes const& sizes, std::string_view name)
 }
 tilemesh::RendererOptions options_of(Settings const& settings)
 {
-    tilemesh::RendererOptions options;
-    options.tile = {settings.tile_width, settings.tile_height};
-    options.hops = settings.hops;
-    options.channel_slots = settings.channel_slots;
-    options.storage_slots = settings.storage_slots;
-    options.waiting_slots = settings.waiting_slots;
-    options.digest = settings.digest;
-    options.threads = settings.threads;
+    auto options = settings.renderer;
     if (settings.antialias) options.coverage = splat::Coverage::preserved;
     auto const number = [](std::size_t of, std::string const& word) { return static_cast<std::uint32_t>(*setup_fields[of].values.read(word)); };
     if (settings.quality != "default") options.quality = static_cast<splat::Quality>(number(setup_field("quality"), settings.quality));
@@ -260,14 +272,6 @@ render::Setup homes_of(Settings const& settings, std::uint32_t sh_degree)
     if (settings.machine == "test") homes.sizes.storage = setup.sizes.storage;
     return homes;
 }
-#if !defined(__EMSCRIPTEN__)
-/// Does something that only the anchored program has keep `auto` on it?
-bool stays_anchored(Settings const& settings, render::Setup const& setup)
-{
-    return !setup.holds || !setup.reusable || setup.ranks || settings.hops != 0 || settings.tile_width != 0;
-}
-#endif
-
 /// Throws Error unless homes can render with these settings. Returns whether nothing keeps `auto` on the anchored program.
 bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] scene::Map const& map)
 {
@@ -277,11 +281,11 @@ bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] sce
     if (settings.difference || settings.follow > 0)
         throw Error("the program " + settings.program + " with " + (settings.difference ? "difference" : "follow") +
                     " (only the anchored program has it); set program to \"anchored\", or leave it out");
-    bool const stays = stays_anchored(settings, setup_of(settings, map.sh_degree));
-    if (settings.program != "homes") return !stays;
-    if (stays)
-        throw Error("the program homes with drop, screen copies, ranks, bounded hops or a tile's size (only the anchored program has these); leave them out, or set "
-                    "program to \"anchored\"");
+    auto const only = render::only_anchored(setup_of(settings, map.sh_degree), settings.renderer);
+    if (settings.program != "homes") return !only;
+    if (only)
+        throw Error("the program homes with " + std::string(only.field) + (only.value.empty() ? "" : " ") + std::string(only.value) + " (" +
+                    std::string(only.why) + "); leave it out, or set program to \"anchored\"");
     auto const choice = homes_of(settings, map.sh_degree);
     auto const options = options_of(settings);
     render::check_limits(choice, options);
@@ -294,6 +298,12 @@ bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] sce
 void check(Settings const& settings, scene::Map const& map)
 {
     bool const may_change = !settings.anchored() && check_homes(settings, map);
+    for (auto const& field : render::renderer_fields)
+        if (!may_change && settings.program != "homes" && field.get(settings.renderer) != field.get({}) &&
+            std::find(std::begin(render::only_homes), std::end(render::only_homes), field.name) != std::end(render::only_homes))
+            throw Error("the setting " + std::string(field.name) +
+                        " with the anchored program (only the program of homes has it); leave it out, or set "
+                        "program to \"homes\"");
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::checked(setup);
@@ -303,14 +313,11 @@ void check(Settings const& settings, scene::Map const& map)
             throw Error("the setting " + std::string(row.name) + " of " + std::to_string(asked) + " (preset " + setup.name + " has " +
                         std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
     }
-    if ((settings.tile_width == 0) != (settings.tile_height == 0))
+    if ((settings.renderer.tile.width == 0) != (settings.renderer.tile.height == 0))
         throw Error("a tile with one side of 0 pixels (0 means that the picture is spread over the grid); give both sides, or none");
-    if (setup.sizes.one_channel_memory && settings.hops != 0)
-        throw Error(std::string("bounded hops with preset ") + setup.name +
-                    " (its routing and bloom take turns in one set of channels, which a bound would leave full); use preset lossless");
+    render::check_hops(setup, settings.renderer.hops);
     if (!may_change) // else homes render a frame whose pixels have no room
-        (void)render::layout_frame({{}, {settings.tile_width, settings.tile_height}}, settings.width, settings.height, facts.machine,
-                                   facts.sizes.tile_pixels, facts.name);
+        (void)render::layout_frame({{}, settings.renderer.tile}, settings.width, settings.height, facts.machine, facts.sizes.tile_pixels, facts.name);
 }
 
 /// The settings after a JSON object changed some of them.
@@ -413,8 +420,8 @@ double median_depth(tilemesh::RenderedFrame const& frame)
 class Tracking {
 public:
     Tracking(scene::Map const& map, Settings const& settings, splat::Camera const& start, bool with_depth)
-        : size_{settings.width, settings.height}, with_depth_(with_depth), lens_(scene::lens_of(start)),
-          scale_(scale_of(map, settings, start)), evaluate_(map, {size_.width, size_.height}, {settings.threads, {}}),
+        : size_{settings.width, settings.height}, with_depth_(with_depth), lens_(scene::lens_of(start)), scale_(scale_of(map, settings, start)),
+          evaluate_(map, {size_.width, size_.height}, {settings.renderer.threads, {}}),
           tracker_(lens_, scale_, scene::pose_of(start), options(with_depth))
     {
         if (settings.antialias) evaluate_.rules().coverage = splat::Coverage::preserved;
@@ -468,7 +475,7 @@ private:
     {
         auto const setup = render::with_planes(render::fitted(splat::setup_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
         tilemesh::RendererOptions how;
-        how.threads = settings.threads;
+        how.threads = settings.renderer.threads;
         return median_depth(Core(map, render::checked(setup), how, {}).render(start));
     }
     /// In doubles, which a pose has and a camera of floats has not.
@@ -1071,7 +1078,7 @@ private:
         auto const& facts = core_->setup();
         bool const road = step == Core::Steps::route, beam = step == Core::Steps::bloom_first || step == Core::Steps::bloom;
         if (!road && !beam) return {0, 1};
-        auto const slots = used_.channel_slots != 0 ? used_.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
+        auto const slots = used_.renderer.channel_slots != 0 ? used_.renderer.channel_slots : road ? facts.sizes.road : facts.sizes.beam;
         auto const message = road ? splat::road_bytes(facts) : splat::beam_bytes(facts);
         return {bytes > 8 ? (bytes - 8) / message : 0, slots}; // the head of a channel end has 8 bytes
     }
@@ -1193,7 +1200,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
     json["anchored"] = marks.size() - copies - leaving;
     json["copies"] = copies;
     json["leaving"] = leaving;
-    json["slots"] = used_.storage_slots != 0 ? used_.storage_slots : facts.sizes.storage;
+    json["slots"] = used_.renderer.storage_slots != 0 ? used_.renderer.storage_slots : facts.sizes.storage;
     auto ledger = Json::array();
     for (auto const& region : render::ledger_of(facts))
         ledger.push_back({{"name", std::string(region.name.text, region.name.size)}, {"what", region.what}, {"bytes", region.bytes}, {"budgeted", region.budgeted}});
@@ -1217,7 +1224,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
         bool const has = grid().has_neighbour(at, d);
         auto const from = has ? grid().index_of(grid().neighbour(at, d)) : index;
         std::uint64_t sent = 0, received = 0;
-        ChannelFill most{0, used_.channel_slots != 0 ? used_.channel_slots : facts.sizes.beam};
+        ChannelFill most{0, used_.renderer.channel_slots != 0 ? used_.renderer.channel_slots : facts.sizes.beam};
         for (auto const& s : trace.supersteps)
             for (auto const& t : s.tiles) {
                 if (has && t.tile == from) received += t.sent_bytes[tilemesh::index(tilemesh::opposite(d))];

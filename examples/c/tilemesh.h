@@ -108,7 +108,10 @@ TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* pat
  *   channel_slots      slots of a channel; 0 (default): the preset's number, which is also the most
  *   storage_slots      slots of a tile's storage; 0 (default): the preset's number, which is also the most
  *   waiting_slots      slots of each FIFO of routing; 0 (default): the preset's number, which is also the most
- *   hops               most exchanges of routing, and of bloom, in a frame; 0 (default): until all tiles are quiet
+ *   hops               most exchanges of routing, and of bloom, in a frame; 0 or "quiet" (default): until all tiles are quiet
+ *   most_passes        a frame that needs more passes of routing, or of bloom, is an error; 0 or "none" (default): no such limit
+ *   rounds, held       homes: most rounds of a frame, most splats that a tile holds; 0, or "all" and "fits" (default): what the map needs
+ *   fold               homes: "on" (default): each part of the picture is spread over the grid; "off"
  *   saturation         "hold", "drop" or "preset" (default): what a record does that meets a full channel
  *   priority           "first", "largest" or "preset" (default): what a full tile keeps and a full channel takes
  *   copies             "world", "screen" or "preset" (default): the records that bloom sends

@@ -15,6 +15,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -229,10 +230,9 @@ Sized sizes_of(Setting const& s)
             throw tilemesh::Error("a grid of " + std::to_string(s.grid.width) + " x " + std::to_string(s.grid.height) + " tiles (machine " +
                                   s.machine->name + "; explore takes at most " + report::thousands(most_tiles) +
                                   "); give the machine fewer \"columns\" and \"rows\", or all machines a smaller \"grid\"");
-        if (s.homes && !anchored_of(s).holds)
-            throw tilemesh::Error("homes with preset " + s.preset + " (homes drop nothing); choose preset lossless");
-        if (s.homes && (!anchored_of(s).reusable || anchored_of(s).ranks))
-            throw tilemesh::Error("homes with policies that only anchored tiles have (homes send no copies and lose nothing); leave copies and priority out");
+        if (auto const only = render::only_anchored(anchored_of(s), {}); s.homes && only)
+            throw tilemesh::Error("homes with " + std::string(only.field) + " " + std::string(only.value) + " (" + std::string(only.why) +
+                                  "); leave it out, or choose preset lossless");
         try {
             if (s.homes) size_homes(s, out);
             else size_anchored(s, out);

@@ -78,19 +78,18 @@ constexpr Pairing pairings[] = {
 constexpr std::string_view beside_frames[] = {"threads", "out", "report", "resume", "explain", "quiet", "strict"};
 
 /// An option that only the anchored program has, and why homes do not have it; empty: there is none.
-struct OnlyAnchored {
+struct OnlyAnchoredOption {
     std::string option, why, remedy;
 };
-OnlyAnchored only_anchored(Options const& o)
+OnlyAnchoredOption only_anchored(Options const& o)
 {
     auto const setup = setup_of(o.choice, 0);
-    auto const of_preset = [&](bool asked, char const* option) { return asked ? std::string(option) : std::string("--preset ") + setup.name; };
-    if (!setup.holds)
-        return {of_preset(o.choice.names("saturation"), "--saturation drop"), "homes drop nothing", o.choice.names("saturation") ? "" : "add --saturation hold"};
-    if (!setup.reusable) return {of_preset(o.choice.names("copies"), "--copies screen"), "homes send no copies to keep", ""};
-    if (setup.ranks) return {"--priority largest", "homes lose nothing that a rank could save", ""};
-    if (o.renderer.hops != 0) return {"--hops", "homes have no routing to end; --rounds ends a frame of homes", ""};
-    if (o.renderer.tile.width != 0) return {"--tile", "homes divide the frame into blocks of 16 x 5 pixels", "choose --grid"};
+    if (auto const only = tilemesh::render::only_anchored(setup, o.renderer); only) {
+        std::string const field(only.field), value(only.value);
+        bool const of_preset = !value.empty() && !o.choice.names(field);
+        auto const remedy = field == "tile" ? "choose --grid" : of_preset && field == "saturation" ? "add --saturation hold" : "";
+        return {of_preset ? std::string("--preset ") + setup.name : "--" + field + (value.empty() ? "" : " " + value), std::string(only.why), remedy};
+    }
     if (o.follow) return {"--follow", "records of homes never move", ""};
     return {};
 }
@@ -124,10 +123,10 @@ void check_together(Options const& o, OptionTable const& table)
         throw Error("--program homes and " + only.option + " are both given (" + only.why + "); " +
                     (only.remedy.empty() ? "" : only.remedy + ", or ") + "leave one of them out");
     else if (o.renderer.program == Program::anchored || !only.option.empty())
-        for (std::string const option : {"rounds", "held", "fold"})
+        for (std::string_view const option : tilemesh::render::only_homes)
             if (table.is_given(option))
-                throw Error("--" + option + " and " + (only.option.empty() ? "--program anchored" : only.option) +
-                            " are both given (only the program of homes has " + option + "); leave one of them out");
+                throw Error("--" + std::string(option) + " and " + (only.option.empty() ? "--program anchored" : only.option) +
+                            " are both given (only the program of homes has " + std::string(option) + "); leave one of them out");
 
     if (o.renderer.hops != 0 && setup_of(o.choice, 0).sizes.one_channel_memory) {
         std::string others;
@@ -264,6 +263,7 @@ OptionTable table_of(Options& o)
     table.add("What to compare with", o, photograph_rows, photograph_pairings);
     table.add("What to compare with", o, picture_rows);
     table.add("The machine and its rules", o, setup_rows);
+    table.add("The machine and its rules", o, renderer_rows);
     table.add("The machine and its rules", o, policy_rows);
     table.add("The host", o, engine_rows);
     table.add("The host", o, host_rows);

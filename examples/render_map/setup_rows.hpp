@@ -19,9 +19,6 @@ using tilemesh::RendererOptions;
 using tilemesh::render::setup_field;
 using tilemesh::render::setup_fields;
 
-inline constexpr Word all_rounds[] = {{"all", 0}, {"0", 0}};
-inline constexpr Word folds[] = {{"on", true}, {"off", false}};
-inline constexpr Word quiet_hops[] = {{"quiet", 0}};
 inline constexpr Word fits[] = {{"scene", true}, {"off", false}};
 
 inline void set_machine(Options& o, OptionValue const& given)
@@ -45,28 +42,21 @@ inline constexpr auto setup_rows = [] {
     return std::to_array<shared::Option<Options>>({
         shared::listed<setup_field("preset"), &Options::choice, &Choice::fields>("lossless"),
         field<setup_field("program"), &Options::renderer, &RendererOptions::program>("NAME", "auto"),
-        {{"machine", "NAME|FILE", "mk2 | test (64 MiB per tile) | a file (see below)", Form::text, 0, 0, {}, {}, "test", {}, "mk2 if it has room"}, set_machine},
+        {{"machine", "NAME|FILE", "mk2 | test (64 MiB per tile) | a file (see below)", Form::text, 0, 0, {}, {}, "test", {}, "mk2 if it has room"},
+         set_machine},
         option<&Options::renderer, &RendererOptions::grid>("grid", "WxH", "number of tiles [40x36, or as many as --size and --tile need]", {1, 65535},
                                                            {}, "40x36"),
         option<&Options::renderer, &RendererOptions::tile>("tile", "WxH", "pixels per tile [the frame spread evenly over the grid]", {1, 65535}, {},
                                                            "32x20"),
         field<setup_field("channel-slots"), &Options::channel_slots>("N", "the preset's slots", "limit each channel to N records"),
         field<setup_field("storage-slots"), &Options::storage_slots>("N", "the preset's slots", "limit the storage of each tile to N records"),
-        option<&Options::renderer, &RendererOptions::held_slots>(
-            "held", "N", "homes: limit the splats that a tile holds [--storage-slots, or what fits]", {1, any_number}),
-        option<&Options::renderer, &RendererOptions::rounds>("rounds", "N|all", "homes: end a frame after N rounds, complete or not [all]",
-                                                             {1, any_number}, all_rounds),
-        words<&Options::renderer, &RendererOptions::fold>("fold", "NAME", "homes: on (spread each part of the picture over the grid) | off [on]", folds),
         field<setup_field("footprint"), &Options::renderer, &RendererOptions::footprint>("NAME", "the preset's", "{}"),
-        option<&Options::renderer, &RendererOptions::hops>("hops", "N|quiet", "end routing, and bloom, of a frame after N exchanges [quiet]",
-                                                           {1, any_number - 1}, quiet_hops),
-        option<&Options::renderer, &RendererOptions::most_passes>("most-passes", "N", "stop with an error if routing, or bloom, needs more than N passes",
-                                                                  {1, any_number}),
         field<setup_field("arithmetic"), &Options::renderer, &RendererOptions::arithmetic>("NAME", "fast"),
         field<setup_field("quality"), &Options::renderer, &RendererOptions::quality>("NAME", "the preset's", "see below: {}", 1),
         words<&Options::choice, &Choice::fit>("fit", "NAME", "scene (leave out features that the scene does not need) | off [scene]", fits),
     });
 }();
+inline constexpr auto renderer_rows = shared::rows_of_renderer<&Options::renderer>();
 inline constexpr auto policy_rows =
     shared::rows_of_everyone([](auto field) { return shared::listed<field(), &Options::choice, &Choice::fields>("the preset's"); });
 

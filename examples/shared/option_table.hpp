@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <type_traits>
 #include <utility>
@@ -205,6 +206,41 @@ constexpr auto rows_of_everyone(auto const& row)
     return [&]<std::size_t... I>(std::index_sequence<I...>) {
         return std::array{row(std::integral_constant<std::size_t, fields[I]>())...};
     }(std::make_index_sequence<std::size_t{count}>());
+}
+namespace detail {
+/// "N|quiet": what --help calls the value of a field of RendererOptions.
+template <std::size_t Field>
+constexpr auto value_name = [] {
+    constexpr auto word = tilemesh::render::renderer_fields[Field].values.words[0].word;
+    std::array<char, word.size() + 2> name{'N', '|'};
+    std::copy(word.begin(), word.end(), name.begin() + 2);
+    return name;
+}();
+template <std::size_t Field, auto... Members, class P = Path<Members...>>
+constexpr Option<typename P::Owner> renderer_row()
+{
+    constexpr auto const& of = tilemesh::render::renderer_fields[Field];
+    constexpr bool is_word = of.values.kind == tilemesh::render::Values::word;
+    Option<typename P::Owner> row{{of.name, is_word ? "NAME" : std::string_view(value_name<Field>.data(), value_name<Field>.size()), of.meaning,
+                                   is_word ? Form::word : Form::whole, of.values.least, of.values.most, of.values.words, of.values.unit},
+                                  [](typename P::Owner& o, OptionValue const& v) { of.set(P::in(o), static_cast<double>(v.whole)); },
+                                  [](typename P::Owner const& o) {
+                                      return OptionValue{.text = {}, .whole = static_cast<std::uint64_t>(of.get(P::in(o)))};
+                                  }};
+    for (auto const& [word, number] : of.values.words)
+        if (row.standard.empty() && static_cast<double>(number) == of.get({})) row.standard = word;
+    return row;
+}
+} // namespace detail
+/// The rows of the fields of RendererOptions (render/renderer_fields.hpp), which the members lead to.
+template <auto... Members>
+constexpr auto rows_of_renderer()
+{
+    return []<std::size_t... I>(std::index_sequence<I...>)
+    {
+        return std::array{detail::renderer_row<I, Members...>()...};
+    }
+    (std::make_index_sequence<std::size(tilemesh::render::renderer_fields)>());
 }
 /// The names as words.
 template <std::size_t N>

@@ -58,6 +58,7 @@
 #include <tilemesh/render/host_form.hpp>
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/distinct_files.hpp>

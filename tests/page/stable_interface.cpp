@@ -156,7 +156,7 @@ TEST_CASE("homes and auto have the picture of anchored tiles, and no trace")
          {Json{{"program", "homes"}, {"hops", 3}}, Json{{"program", "homes"}, {"tile_width", 16}, {"tile_height", 16}},
           Json{{"program", "homes"}, {"saturation", "drop"}}, Json{{"program", "auto"}, {"difference", true}},
           Json{{"program", "homes"}, {"follow", 3}}, Json{{"program", "other"}}, Json{{"quality", "best"}}, Json{{"threads", 0}},
-          Json{{"threads", 257}}, Json{{"depth", 1}}}) {
+          Json{{"threads", 257}}, Json{{"depth", 1}}, Json{{"rounds", 2}}, Json{{"fold", "off"}}, Json{{"held", 9}, {"program", "anchored"}}}) {
         CAPTURE(refused.dump());
         CHECK(!handle.set(refused));
         CHECK_MESSAGE(is_one_line(handle.error()), handle.error());

@@ -10,6 +10,7 @@
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/describe.hpp>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <utility>
 #include <vector>
@@ -187,3 +188,40 @@ TEST_CASE("a report has every field of the setup that ran, with the rules of the
 }
 
 TEST_SUITE_END();
+
+TEST_CASE("fields of RendererOptions: each row reads back what it wrote, and its default is a word of it")
+{
+    for (auto const& field : render::renderer_fields) {
+        CAPTURE(field.name);
+        CHECK(std::any_of(field.values.words.begin(), field.values.words.end(), [&](auto const& one) { return one.word == field.text({}); }));
+        for (auto const value : borders(field.values)) {
+            RendererOptions options;
+            field.set(options, value);
+            CHECK(field.get(options) == value);
+            CHECK(field.values.read(field.text(options)) == value);
+            CHECK((options == RendererOptions{}) == (value == field.get({})));
+        }
+    }
+    for (auto const name : render::only_homes)
+        CHECK(std::any_of(std::begin(render::renderer_fields), std::end(render::renderer_fields),
+                          [name](auto const& field) { return field.name == name; }));
+}
+
+TEST_CASE("what only the anchored program has is named, with the reason")
+{
+    auto const name = [](splat::Setup const& setup, RendererOptions const& options) {
+        return std::string(render::only_anchored(setup, options).field);
+    };
+    CHECK(name(lossless, {}).empty());
+    CHECK(name(splat::with(lossless, {{"saturation", "drop"}}), {}) == "saturation");
+    CHECK(name(splat::with(lossless, {{"copies", "screen"}}), {}) == "copies");
+    CHECK(name(splat::with(lossless, {{"priority", "largest"}}), {}) == "priority");
+    RendererOptions options;
+    options.sizes.emplace();
+    CHECK(name(lossless, options) == "sizes");
+    options.tile = {0, 5};
+    CHECK(name(lossless, options) == "tile");
+    options.hops = 1;
+    CHECK(name(lossless, options) == "hops");
+    CHECK(render::only_anchored(lossless, options).why == "homes have no routing to end; rounds end a frame of homes");
+}

@@ -6,6 +6,7 @@
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_layout.hpp>
+#include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/fitted.hpp>
@@ -69,11 +70,10 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
     if (options.sizes) anchored.sizes = *options.sizes;
     auto const program = setup.program != Program::anchored ? setup.program : options.program;
     if (setup.program != Program::homes) anchored.program = Program::anchored;
-    bool const lacks = setup.program != Program::homes && (!setup.holds || !setup.reusable || setup.ranks);
-    bool const only_anchored = options.hops != 0 || options.tile.width != 0 || options.tile.height != 0 || options.sizes || lacks;
-    if (program == Program::homes && only_anchored)
-        throw Error("the program of homes with bounded hops, a tile's size, sizes in the options, or a setup that drops, ranks or copies splats "
-                    "(only the anchored program has these); leave them out, or choose Program::anchored");
+    auto const only = render::only_anchored(setup.program == Program::homes ? splat::lossless : setup, options);
+    if (program == Program::homes && only)
+        throw Error("the program of homes with " + std::string(only.field) + (only.value.empty() ? "" : " ") + std::string(only.value) + " (" +
+                    std::string(only.why) + "); leave it out, or choose Program::anchored");
     auto const of_homes = homes ? *homes : setup.program == Program::homes ? setup : splat::as_homes(setup);
     if (program == Program::homes) {
         core_ = render::make_core(std::move(map), of_homes, options);
@@ -81,7 +81,7 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
     }
     auto const records = map.gaussians.size();
     core_ = render::make_core(std::move(map), render::checked(anchored), options);
-    if (program == Program::anchored || only_anchored) return;
+    if (program == Program::anchored || only) return;
     may_fit_ = render::may_fit_anchored(records, anchored, options);
     make_homes_ = [of_homes, within = render::within(of_homes, options)](scene::Map const& of) {
         return render::make_core(of, of_homes, within);

@@ -15,6 +15,7 @@ struct Extent2 {
     constexpr Extent2() noexcept = default;
     constexpr Extent2(std::uint32_t w, std::uint32_t h) noexcept : width(w), height(h) {}
     constexpr Extent2(Grid grid) noexcept : width(grid.width), height(grid.height) {} // NOLINT(google-explicit-constructor)
+    friend constexpr bool operator==(Extent2 const&, Extent2 const&) noexcept = default;
 };
 
 namespace render {

@@ -52,6 +52,8 @@ struct RendererOptions {
     /// rows. Parts follow one another in the order of the processes, and may be empty. Results are those of the whole map. The constructor
     /// checks this process's part only. 0: every process gives the whole map, and the renderer keeps an equal share of it.
     std::uint32_t rows_of_all_parts = 0;
+
+    friend bool operator==(RendererOptions const&, RendererOptions const&) = default;
 };
 
 /// The rules with which a renderer begins: the setup's, changed by the options. A footprint that the options name replaces that of

@@ -84,29 +84,29 @@ constexpr Values in_slots{Values::whole, 0, any_number, "slots"};
 constexpr Values as_share{Values::number, 0, 1};
 } // namespace detail
 
-/// A field of `Setup`: its name, the values that it takes, its meaning, and the member that it reads and writes. Options of programs and
-/// their --help, settings of C and Python, policies of a study, and the setup in report.json with its schema come from the table of these.
-struct SetupField {
+/// A field of `Of`: its name, the values that it takes, its meaning, and the member that it reads and writes.
+template <class Of>
+struct FieldOf {
     std::string_view name;    ///< "channel-slots"; in JSON "channel_slots"
     Values values;
     std::string_view meaning; ///< begins with a small letter, ends without a full stop; "{}" stands for the words
-    double (*get)(splat::Setup const&) = nullptr;
-    void (*set)(splat::Setup&, double) = nullptr; ///< the number must be one that `values` has
+    double (*get)(Of const&) = nullptr;
+    void (*set)(Of&, double) = nullptr; ///< the number must be one that `values` has
     /// `everyone`: an option of render_map, a setting of C and Python and a policy of studies, without a line of theirs. `alone`: programs
     /// may name it. `several`: it writes several members; report.json has the fields of these instead.
     enum For : unsigned char { alone, everyone, several } use = alone;
 
-    constexpr SetupField(std::string_view field, Values takes, std::string_view sentence, double (*read)(splat::Setup const&),
-                         void (*write)(splat::Setup&, double), For who = alone)
+    constexpr FieldOf(std::string_view field, Values takes, std::string_view sentence, double (*read)(Of const&), void (*write)(Of&, double),
+                      For who = alone)
         : name(field), values(takes), meaning(sentence), get(read), set(write), use(who)
     {
     }
-    /// `Member`: a lambda that returns a reference to the member of a setup, const or not.
+    /// `Member`: a lambda that returns a reference to the member of an `Of`, const or not.
     template <class Member>
-    constexpr SetupField(std::string_view field, Values takes, std::string_view sentence, Member, For who = alone)
-        : SetupField(
-              field, takes, sentence, [](splat::Setup const& s) { return static_cast<double>(Member{}(s)); },
-              [](splat::Setup& s, double value) {
+    constexpr FieldOf(std::string_view field, Values takes, std::string_view sentence, Member, For who = alone)
+        : FieldOf(
+              field, takes, sentence, [](Of const& s) { return static_cast<double>(Member{}(s)); },
+              [](Of& s, double value) {
                   using T = std::remove_reference_t<decltype(Member{}(s))>;
                   if constexpr (std::is_same_v<T, bool>) Member{}(s) = value != 0;
                   else if constexpr (std::is_enum_v<T>) Member{}(s) = static_cast<T>(static_cast<std::uint32_t>(value));
@@ -115,8 +115,11 @@ struct SetupField {
               who)
     {
     }
-    std::string text(splat::Setup const& setup) const { return values.text(get(setup)); }
+    std::string text(Of const& of) const { return values.text(get(of)); }
 };
+/// A field of `Setup`. Options of programs and their --help, settings of C and Python, policies of a study, and the setup in report.json with
+/// its schema come from the table of these.
+using SetupField = FieldOf<splat::Setup>;
 
 /// All fields. The first ones write several members; `with` writes in the order of this table. A new member of `Setup` is a row here;
 /// tests/render/setup_fields.cpp fails for a member without one.
