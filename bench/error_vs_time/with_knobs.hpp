@@ -18,9 +18,9 @@ struct ParametersWithKnobs : splat::TableParameters {
 void apply(Knobs const& knobs, splat::View const& view, splat::Tiling const& tiling, splat::Splat& s) noexcept;
 
 /// The bits of a depth by which splats are ordered.
-inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_bits) noexcept
+inline std::uint32_t key_of(Knobs const& knobs, std::uint32_t depth_key) noexcept
 {
-    return knobs.key_bits >= 32 ? depth_bits : depth_bits & ~(0xffffffffu >> knobs.key_bits);
+    return knobs.key_bits >= 32 ? depth_key : depth_key & ~(0xffffffffu >> knobs.key_bits);
 }
 /// `blend_tile_by` with the arithmetic of a model and the knobs.
 template <class Pixel, class SplatAt>
@@ -73,9 +73,9 @@ struct WithKnobs : splat::Referenced<splat::Lossless> {
 /// projected.
 template <>
 struct tilemesh::splat::Access<error_vs_time::ParametersWithKnobs> : TableAccess<error_vs_time::ParametersWithKnobs> {
-    static std::uint32_t depth_bits(error_vs_time::ParametersWithKnobs const& frame, SplatRow s) noexcept
+    static std::uint32_t depth_key(error_vs_time::ParametersWithKnobs const& frame, SplatRow s) noexcept
     {
-        return error_vs_time::key_of(frame.knobs, TableAccess::depth_bits(frame, s));
+        return error_vs_time::key_of(frame.knobs, TableAccess::depth_key(frame, s));
     }
     static void adjust(error_vs_time::ParametersWithKnobs const& frame, View const& view, Tiling const& tiling, Splat* splats,
                        std::uint32_t n) noexcept

@@ -83,7 +83,7 @@ private:
                 auto const tile = mesh.grid().tile(t);
                 auto const order = mesh.state<homes::Order>(tile);
                 before[t].held = order.size();
-                if (!order.empty()) before[t].farthest = mesh.state<homes::Keys>(tile)[order[order.size() - 1]].depth_bits;
+                if (!order.empty()) before[t].farthest = mesh.state<homes::Keys>(tile)[order[order.size() - 1]].depth_key;
             }
         } else if (event.kernel == homes::Advance<Policies>::name) {
             for (std::uint32_t t = 0; t < before.size(); ++t) look_at_round(mesh, t);

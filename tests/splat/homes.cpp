@@ -200,7 +200,7 @@ TEST_CASE("a map with more records than homes comes in chapters, and the picture
             CHECK(pixels_that_differ(a.image, v.image) == 0);
             CHECK(a.report.homes.chapters == 0);
             auto const in_front = std::count_if(map.gaussians.begin(), map.gaussians.end(), [&](auto const& g) {
-                return splat::depth_bits(g, splat::make_view(camera, whole.rules())) != 0;
+                return splat::depth_key(g, splat::make_view(camera, whole.rules())) != 0;
             });
             auto const homes = slots * grid.size();
             CHECK(b.report.homes.chapters == (static_cast<std::uint32_t>(in_front) + homes - 1) / homes);

@@ -20,7 +20,7 @@ std::vector<SortKey> keys_of(std::uint32_t n, std::uint32_t depths, support::Ran
     }
     return keys;
 }
-bool same(SortKey const& a, SortKey const& b) { return a.depth_bits == b.depth_bits && a.id == b.id && a.slot == b.slot; }
+bool same(SortKey const& a, SortKey const& b) { return a.depth_key == b.depth_key && a.id == b.id && a.slot == b.slot; }
 } // namespace
 
 TEST_CASE("homes on a host: runs that are sorted at once are the runs that workers sort, and the order is that of all keys")

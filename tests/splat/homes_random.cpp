@@ -118,7 +118,7 @@ std::vector<Item> items_of(scene::Map const& map, splat::Camera const& camera, s
         auto const s = splat::project(g, view, tiling);
         if (!s.visible()) continue;
         auto const r = s.rect();
-        Item item{{__builtin_bit_cast(std::uint32_t, s.depth), static_cast<std::uint32_t>(g.id)},
+        Item item{{s.depth_key, static_cast<std::uint32_t>(g.id)},
                   {r.x0 / block_width, (r.x1 - 1) / block_width + 1, r.y0 / block_height, (r.y1 - 1) / block_height + 1},
                   {}};
         for (auto j = item.blocks.y0; j < item.blocks.y1; ++j)
@@ -213,8 +213,8 @@ private:
 
         std::vector<std::uint32_t> used;
         for (std::uint32_t i = 0; i < keys.size(); ++i) {
-            homes::Key const key{keys[i].depth_bits, static_cast<std::uint32_t>(keys[i].id)};
-            if (i > 0) wrong_.order += !(homes::Key{keys[i - 1].depth_bits, static_cast<std::uint32_t>(keys[i - 1].id)} < key);
+            homes::Key const key{keys[i].depth_key, static_cast<std::uint32_t>(keys[i].id)};
+            if (i > 0) wrong_.order += !(homes::Key{keys[i - 1].depth_key, static_cast<std::uint32_t>(keys[i - 1].id)} < key);
             wrong_.outside += key < lo || !(key < frontier);
             used.push_back(keys[i].slot);
         }
@@ -245,7 +245,7 @@ private:
         std::uint32_t i = 0;
         for (; item != end; ++item) {
             if (resident_.count(item->key.id) == 0) continue;
-            bool const is_held = i < keys.size() && keys[i].depth_bits == item->key.depth && static_cast<std::uint32_t>(keys[i].id) == item->key.id;
+            bool const is_held = i < keys.size() && keys[i].depth_key == item->key.depth && static_cast<std::uint32_t>(keys[i].id) == item->key.id;
             if (is_held) {
                 wrong_.slots += ids_[held[keys[i++].slot].row] != item->key.id;
                 wrong_.needless += !touches(*item);
@@ -459,7 +459,7 @@ TEST_CASE("homes, bounded rounds: each unfinished tile shows exactly the splats 
             std::map<std::uint32_t, homes::Key> keys;
             homes::Key farthest{0, 0}, of_map{0, 0};
             for (auto const& g : map.gaussians) {
-                homes::Key const key{splat::depth_bits(g, splat::make_view(view, renderer.rules())), static_cast<std::uint32_t>(g.id)};
+                homes::Key const key{splat::depth_key(g, splat::make_view(view, renderer.rules())), static_cast<std::uint32_t>(g.id)};
                 if (key.depth == 0) continue;
                 keys[key.id] = key;
                 of_map = std::max(of_map, key);
@@ -492,7 +492,7 @@ TEST_CASE("homes, bounded rounds: each unfinished tile shows exactly the splats 
                 if (farthest < key) next = std::min(next, key);
             for (auto const& u : frame.report.unfinished) {
                 auto const& w = mesh.template state<homes::Window>(mesh.grid().tile(u.tile));
-                CHECK(__builtin_bit_cast(std::uint32_t, u.depth) == (w.done() ? next.depth : w.lo_depth));
+                CHECK(u.depth == splat::depth_of_key(w.done() ? next.depth : w.lo_depth));
             }
             unfinished += tiles;
             some_missing += missing != 0;

@@ -183,7 +183,7 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                                                   double{s.opacity} * std::exp(double{s.along} * dx * dx + double{s.across} * off * off));
                     taken.push_back({i, alpha, dx, off});
                     double const q = g[0] * double{s.colour[0]} + g[1] * double{s.colour[1]} + g[2] * double{s.colour[2]};
-                    total += alpha * t * (q + g[3] * double{s.depth});
+                    total += alpha * t * (q + g[3] * double{s.depth()});
                     t -= alpha * t;
                 }
                 left[y * width + x] = total + g[4] * t;
@@ -191,7 +191,7 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
                 for (auto const& one : taken) {
                     auto const& s = splats[one.i];
                     map::walk_pair<D>(p, one.alpha, true, true, one.dx, one.off,
-                                      {{double{s.colour[0]}, double{s.colour[1]}, double{s.colour[2]}}, double{s.depth}, 1e30},
+                                      {{double{s.colour[0]}, double{s.colour[1]}, double{s.colour[2]}}, double{s.depth()}, 1e30},
                                       {{g[0], g[1], g[2]}, g[3], g[4]},
                                       {&one == &taken.back() && !(stops >= rules.transmittance_min) ? 2.0f : 1e-30f, 1e30f, last_pair},
                                       truth[one.i]);

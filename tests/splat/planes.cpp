@@ -23,7 +23,7 @@ std::vector<Gaussian> painted_with_depth(std::vector<Gaussian> gaussians, Camera
 {
     for (auto& g : gaussians) {
         auto const s = project(g, make_view(camera, {}), make_tiling(camera.width, camera.height, camera.width, camera.height));
-        g.colour[0] = s.depth;
+        g.colour[0] = s.depth();
         g.colour[1] = 1;
     }
     return gaussians;

@@ -62,7 +62,7 @@ std::vector<Words<F>> words_of(std::vector<Gaussian> const& order, View const& v
     for (auto const& g : order) {
         auto const s = pose::project(g, view, TileSize{view.camera.width, view.camera.height});
         if (!s.visible()) continue;
-        out.push_back({{s.mean_px[0], s.mean_px[1], s.depth, s.along, s.slope, s.across, s.terms.along_depth, s.terms.across_depth},
+        out.push_back({{s.mean_px[0], s.mean_px[1], s.depth(), s.along, s.slope, s.across, s.terms.along_depth, s.terms.across_depth},
                        s.opacity, {s.colour[0], s.colour[1], s.colour[2]}});
     }
     return out;

@@ -282,7 +282,7 @@ TEST_CASE("row 61: a hundred thousand depths, no two equal keys")
         naive_inversions += coarse[i].second < coarse[i - 1].second ? 1 : 0;
         ties += keys[i - 1] < keys[i] ? 0 : 1;
         inversions += depths[keys[i].slot] < depths[keys[i - 1].slot] ? 1 : 0;
-        equal_depths += keys[i].depth_bits == keys[i - 1].depth_bits ? 1 : 0;
+        equal_depths += keys[i].depth_key == keys[i - 1].depth_key ? 1 : 0;
     }
     CHECK(naive_ties > n / 3);
     CHECK(naive_inversions > 0);

@@ -65,7 +65,7 @@ template <class Frame>
 struct TableAccess {
     TILEMESH_KERNEL static SplatRow project(Reference const& g, Frame const& frame) noexcept
     {
-        frame.keys.get()[g.row] = {__builtin_bit_cast(std::uint32_t, frame.splats.get()[g.row].depth), static_cast<std::uint32_t>(g.id)};
+        frame.keys.get()[g.row] = {frame.splats.get()[g.row].depth_key, static_cast<std::uint32_t>(g.id)};
         return {g.row};
     }
     static constexpr bool on_host = true;

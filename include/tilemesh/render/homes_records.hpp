@@ -58,7 +58,7 @@ public:
         auto const n = table_.rows();
         host.step([&] { depths_.resize(n); });
         host.on_threads(n, [&](std::uint32_t first, std::uint32_t last) {
-            for (auto row = first; row < last; ++row) depths_[row] = splat::depth_bits(table_.gaussians()[row], view);
+            for (auto row = first; row < last; ++row) depths_[row] = splat::depth_key(table_.gaussians()[row], view);
         });
         Chapters chapters;
         host.step([&] {

@@ -189,7 +189,7 @@ private:
         auto chapters = records_.chapters_of(host_, view);
         report.host_ms.project += preparing.milliseconds();
         std::uint64_t done = 0;
-        std::uint32_t behind = 0; // bits of the nearest depth of the next chapter
+        std::uint32_t behind = 0; // key of the nearest depth of the next chapter
         do {
             engine::Stopwatch const loading;
             auto const size = std::min<std::uint64_t>(residents_, chapters.all - done);
@@ -210,7 +210,7 @@ private:
         });
         report.homes.unfinished_tiles = report.unfinished.size();
     }
-    /// The tiles for which `lacks(tile, window)` gives the bits of a depth: from there on they lack splats.
+    /// The tiles for which `lacks(tile, window)` gives the key of a depth: from there on they lack splats.
     template <class Lacks>
     std::vector<report::UnfinishedTile> unfinished_tiles(Lacks const& lacks)
     {
@@ -218,7 +218,7 @@ private:
         return host_.template list<UnfinishedTile>([&](std::vector<UnfinishedTile>& tiles) {
             for (TileId const tile : grid_.tiles()) {
                 if (!host_.has(tile)) continue;
-                if (auto const depth = lacks(tile, window_of(tile))) tiles.push_back({grid_.index_of(tile), __builtin_bit_cast(float, *depth)});
+                if (auto const depth = lacks(tile, window_of(tile))) tiles.push_back({grid_.index_of(tile), splat::depth_of_key(*depth)});
             }
         });
     }

@@ -64,11 +64,9 @@ private:
         std::uint32_t moved[at_once], n = 0;
         for (auto row = from; row < to; ++row) {
             auto const& s = splats_[row];
-            std::uint32_t depth;
-            __builtin_memcpy(&depth, &s.depth, sizeof depth);
             std::uint32_t const shows = s.visible() ? 1u : 0u, other = first_view ? 1u : shows ^ touched_[row].visible;
             std::uint32_t const same = (other ^ 1u) & ((shows ^ 1u) | stays(touched_[row], s, tiling));
-            depths_[row] = shows != 0 ? depth : 0;
+            depths_[row] = shows != 0 ? s.depth_key : 0;
             row_states_[row] = static_cast<std::uint8_t>(shows * splat::RowState::visible + (same ^ 1u) * splat::RowState::moved +
                                                          other * splat::RowState::appeared);
             moved[n] = row;

@@ -37,7 +37,7 @@ Image render_naive(Records const& gaussians, splat::Camera const& camera, splat:
         if (s.visible()) items.push_back({s, g.id});
     }
     std::sort(items.begin(), items.end(), [](Item const& a, Item const& b) {
-        return a.splat.depth != b.splat.depth ? a.splat.depth < b.splat.depth : a.id < b.id;
+        return a.splat.depth_key != b.splat.depth_key ? a.splat.depth_key < b.splat.depth_key : a.id < b.id;
     });
 
     float const lowest = splat::lowest_power_for(rules.alpha_min);

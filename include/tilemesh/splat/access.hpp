@@ -72,7 +72,7 @@ struct Access {
     TILEMESH_KERNEL static void about_to_take(Parameters const&, Message const&) noexcept
     {
     }
-    /// Returns the splat of an entry of `Splats`. `depth_bits` returns the bits of its depth.
+    /// Returns the splat of an entry of `Splats`. `depth_key` returns the key of its depth.
     TILEMESH_KERNEL static Splat const& splat_of(Parameters const&, Splat const& s) noexcept { return s; }
     /// Returns a function object for blending: called with i, it returns the splat of `keys[i]`.
     template <class Entry>
@@ -86,9 +86,9 @@ struct Access {
     {
         return {held, keys, order};
     }
-    TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const&, Splat const& s) noexcept
+    TILEMESH_KERNEL static std::uint32_t depth_key(Parameters const&, Splat const& s) noexcept
     {
-        return __builtin_bit_cast(std::uint32_t, s.depth);
+        return s.depth_key;
     }
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, Splat const& s) noexcept
     {

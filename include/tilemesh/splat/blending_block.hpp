@@ -93,7 +93,7 @@ template <bool HasDepth, std::uint32_t N, std::uint32_t Size>
 TILEMESH_KERNEL LaneColour<N> colour_of(Chunk<Size> const& c, std::uint32_t i) noexcept
 {
     LaneColour<N> l{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i]), Floats<N>{}};
-    if constexpr (HasDepth) l.z = broadcast<N>(c.depth[i]);
+    if constexpr (HasDepth) l.z = broadcast<N>(depth_of_key(c.depth_key[i]));
     return l;
 }
 /// The opacity. It is -1 in columns outside the splat's rectangle, so that alpha is below every cut-off there.

@@ -330,7 +330,7 @@ TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChun
     Floats<N> sum[cell_height], z[cell_height];
     load_field<N>(sum, cell, &DepthCellFields::weight, column, CellRows{});
     load_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
-    for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], c.splats[list[h]].depth, CellRows{});
+    for (std::uint32_t h = 0; h < n; ++h) add_depth<N>(sum, z, &batch.rows[h][0][0], depth_of_key(c.splats[list[h]].depth_key), CellRows{});
     store_field<N>(sum, cell, &DepthCellFields::weight, column, CellRows{});
     store_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
 }

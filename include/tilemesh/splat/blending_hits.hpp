@@ -15,7 +15,8 @@ struct alignas(vector_bytes) Chunk {
     static constexpr std::uint32_t size = Size;
     float mean_x[size], mean_y[size];
     float along[size], slope[size], across[size], opacity[size];
-    float red[size], green[size], blue[size], depth[size];
+    float red[size], green[size], blue[size];
+    std::uint32_t depth_key[size];
     float faintest[size];
     float steepest[size]; ///< across slope / (along + across slope^2): times y, the x of the best point on a horizontal edge
     std::int32_t x0[size], x1[size], y0[size], y1[size];
@@ -31,7 +32,7 @@ struct alignas(vector_bytes) Chunk {
         red[i] = s.colour[0];
         green[i] = s.colour[1];
         blue[i] = s.colour[2];
-        depth[i] = s.depth;
+        depth_key[i] = s.depth_key;
         faintest[i] = s.faintest;
         x0[i] = static_cast<std::int32_t>(s.columns & 0xffffu);
         x1[i] = static_cast<std::int32_t>(s.columns >> 16);
@@ -43,7 +44,7 @@ struct alignas(vector_bytes) Chunk {
     {
         static_assert(offsetof(Splat, mean_px) == 0 && offsetof(Splat, along) == 8 && offsetof(Splat, slope) == 12);
         static_assert(offsetof(Splat, across) == 16 && offsetof(Splat, opacity) == 20 && offsetof(Splat, colour) == 24);
-        static_assert(offsetof(Splat, depth) == 36 && offsetof(Splat, faintest) == 40 && offsetof(Splat, columns) == 44);
+        static_assert(offsetof(Splat, depth_key) == 36 && offsetof(Splat, faintest) == 40 && offsetof(Splat, columns) == 44);
         auto const words = [](Splat const& from, std::uint32_t first) noexcept {
             Floats<4> w;
             std::memcpy(&w, reinterpret_cast<char const*>(&from) + first * sizeof(float), sizeof w);
@@ -52,7 +53,7 @@ struct alignas(vector_bytes) Chunk {
         float packed[4];
         store_transposed(words(s, 0), words(t, 0), words(u, 0), words(v, 0), mean_x + i, mean_y + i, along + i, slope + i);
         store_transposed(words(s, 4), words(t, 4), words(u, 4), words(v, 4), across + i, opacity + i, red + i, green + i);
-        store_transposed(words(s, 8), words(t, 8), words(u, 8), words(v, 8), blue + i, depth + i, faintest + i, packed);
+        store_transposed(words(s, 8), words(t, 8), words(u, 8), words(v, 8), blue + i, reinterpret_cast<float*>(depth_key + i), faintest + i, packed);
         Words<4> const columns = bits_of<4>(load<4>(packed));
         Words<4> const rows = __builtin_bit_cast(Words<4>, UnsignedWords<4>{s.rows, t.rows, u.rows, v.rows});
         store(x0 + i, Words<4>(columns & 0xffff));

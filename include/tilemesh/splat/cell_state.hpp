@@ -28,7 +28,8 @@ struct CellSplat {
     float tilt;            ///< -slope
     float across2;         ///< across log2(e)
     float opacity;
-    float red, green, blue, depth;
+    float red, green, blue;
+    std::uint32_t depth_key;     ///< as in Splat
     float faintest;
     std::uint32_t columns, rows; ///< as in Splat
     std::uint32_t unused[3];
@@ -67,7 +68,7 @@ struct alignas(vector_bytes) CellChunk {
     void take(std::uint32_t i, Splat const& s) noexcept
     {
         splats[i] = {s.mean_px[0], s.mean_px[1], s.along * log2_e, -s.slope, s.across * log2_e, s.opacity, s.colour[0], s.colour[1],
-                     s.colour[2], s.depth, s.faintest, s.columns, s.rows, {0, 0, 0}};
+                     s.colour[2], s.depth_key, s.faintest, s.columns, s.rows, {0, 0, 0}};
         mean_x[i] = s.mean_px[0], mean_y[i] = s.mean_px[1];
         along[i] = s.along, slope[i] = s.slope, across[i] = s.across;
         opacity[i] = s.opacity, faintest[i] = s.faintest;
@@ -78,7 +79,7 @@ struct alignas(vector_bytes) CellChunk {
     {
         static_assert(offsetof(Splat, mean_px) == 0 && offsetof(Splat, along) == 8 && offsetof(Splat, slope) == 12);
         static_assert(offsetof(Splat, across) == 16 && offsetof(Splat, opacity) == 20 && offsetof(Splat, colour) == 24);
-        static_assert(offsetof(Splat, depth) == 36 && offsetof(Splat, faintest) == 40 && offsetof(Splat, columns) == 44);
+        static_assert(offsetof(Splat, depth_key) == 36 && offsetof(Splat, faintest) == 40 && offsetof(Splat, columns) == 44);
         Splat const* const from[4] = {&s, &t, &u, &v};
         Floats<4> a[4], b[4], c[4];
         for (std::uint32_t k = 0; k < 4; ++k) {

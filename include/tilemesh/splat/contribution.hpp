@@ -118,7 +118,7 @@ private:
     {
         return rank != than ? rank < than : id > other;
     }
-    static std::uint32_t depth_of(Splat const& s) noexcept { return __builtin_bit_cast(std::uint32_t, s.depth) >> bits_a_bin; }
+    static std::uint32_t depth_of(Splat const& s) noexcept { return __builtin_bit_cast(std::uint32_t, s.depth()) >> bits_a_bin; }
     std::uint32_t bin_of(Splat const& s) const noexcept
     {
         std::uint32_t const depth = depth_of(s);

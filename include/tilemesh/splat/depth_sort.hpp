@@ -143,13 +143,13 @@ void sort_by_digits(Key* keys, std::uint32_t n, Key* spare) noexcept
     constexpr std::uint32_t bits = 8, digits = 1u << bits;
     std::uint32_t lowest = 0xffffffffu, highest = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
-        std::uint32_t const depth = keys[i].depth_bits;
+        std::uint32_t const depth = keys[i].depth_key;
         lowest = depth < lowest ? depth : lowest;
         highest = depth > highest ? depth : highest;
     }
     std::uint32_t shift = 0;
     while (n != 0 && (highest - lowest) >> shift >> bits >> bits != 0) ++shift;
-    auto const digit = [=](Key const& key, std::uint32_t d) noexcept { return (key.depth_bits - lowest) >> (shift + d * bits) & (digits - 1); };
+    auto const digit = [=](Key const& key, std::uint32_t d) noexcept { return (key.depth_key - lowest) >> (shift + d * bits) & (digits - 1); };
     std::uint32_t places[2][digits] = {}, next[2] = {};
     for (std::uint32_t i = 0; i < n; ++i)
         for (std::uint32_t d = 0; d < 2; ++d) ++places[d][digit(keys[i], d)];
@@ -181,7 +181,7 @@ void repair(Key* keys, std::uint32_t listed, std::uint32_t n, std::uint32_t room
     bool const insert = tail <= short_tail;
     if (n >= fewest_by_digits && n <= room - n) {
         std::uint32_t descents = tail;
-        for (std::uint32_t i = 1; i < listed; ++i) descents += keys[i].depth_bits < keys[i - 1].depth_bits ? 1 : 0;
+        for (std::uint32_t i = 1; i < listed; ++i) descents += keys[i].depth_key < keys[i - 1].depth_key ? 1 : 0;
         if (descents * keys_a_descent > n) {
             sort_by_digits(keys, n, keys + n);
             return;
@@ -213,7 +213,7 @@ struct DepthSort {
             if (frame.view_changed == 0) return;
             Access::about_to_read(order);
             Access::about_to_read(splats);
-            for (SortKey& key : order) key.depth_bits = Access::depth_bits(frame, splats[key.slot]);
+            for (SortKey& key : order) key.depth_key = Access::depth_key(frame, splats[key.slot]);
             detail::repair(order.begin(), order.size(), order.size(), order.capacity());
             return;
         }
@@ -225,7 +225,7 @@ struct DepthSort {
         // A record is here if it is a copy, because Project drops the copies that touch no pixel of the tile; or if it is anchored here and
         // visible. A visible record has a depth that is not 0. Only a record that still waits to leave must be asked.
         auto const depth_here = [&](std::uint32_t slot, std::uint32_t bits) noexcept {
-            std::uint32_t const depth = Access::depth_bits(frame, splats[slot]);
+            std::uint32_t const depth = Access::depth_key(frame, splats[slot]);
             if ((bits & (Mark::leaving | Mark::copy)) == Mark::leaving) return Access::is_here(here, frame, splats[slot]) ? depth : 0u;
             return depth;
         };
@@ -290,7 +290,7 @@ struct DepthSort {
 };
 } // namespace kernel
 
-/// Lists the splats that touch the tile, front to back: by depth, and by id for equal depths. The order depends only on view and scene. It
+/// Lists the splats that touch the tile, front to back: by depth, and by id for depths of one key. The order depends only on view and scene. It
 /// is the same on every tile and for every order of arrival. No exchange.
 ///
 /// It repairs the order of the last frame. Keys get their new depths. Keys whose slot is gone or no longer touches the tile leave. New

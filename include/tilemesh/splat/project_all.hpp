@@ -102,10 +102,10 @@ struct ProjectLanes {
 
         // Store lanes as splats; the last groups overlap by two words. An invisible splat is all zeros.
         auto* const to = reinterpret_cast<unsigned char*>(out);
-        Real const columns = A::floats(s.columns), rows = A::floats(s.rows), anchor = A::floats(s.anchor);
+        Real const depth_key = A::floats(s.depth_key), columns = A::floats(s.columns), rows = A::floats(s.rows), anchor = A::floats(s.anchor);
         store_columns<N>(to, sizeof(Splat), {s.mean_px[0], s.mean_px[1], s.along, s.slope}, visible);
         store_columns<N>(to + 4 * 4, sizeof(Splat), {s.across, s.opacity, g.colour[0], g.colour[1]}, visible);
-        store_columns<N>(to + 4 * 8, sizeof(Splat), {g.colour[2], s.depth, s.faintest, columns}, visible);
+        store_columns<N>(to + 4 * 8, sizeof(Splat), {g.colour[2], depth_key, s.faintest, columns}, visible);
         store_columns<N>(to + 4 * 10, sizeof(Splat), {s.faintest, columns, rows, anchor}, visible);
         std::uint32_t bits = 0;
         if (A::any(stiff)) {

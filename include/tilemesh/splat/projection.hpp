@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <tilemesh/splat/depth_key.hpp>
 #include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>
@@ -28,12 +29,13 @@ struct Splat {
     float across;            ///< -a / (2 (a c - b^2))
     float opacity;
     float colour[3];
-    float depth;             ///< view z; greater than near
+    std::uint32_t depth_key; ///< rises with the view depth (depth_key.hpp); not 0 if visible
     float faintest;          ///< the power below which alpha is under alpha_min, with a margin of 1 %
     std::uint32_t columns;   ///< x0 | x1 << 16; pixels outside get nothing from this splat, on every tile
     std::uint32_t rows;      ///< y0 | y1 << 16
     TileId anchor;           ///< the tile of its mean; a mean outside the rectangle is moved to the rectangle's nearest pixel
 
+    float depth() const noexcept { return depth_of_key(depth_key); } ///< view z; at least near
     bool visible() const noexcept { return columns != 0; } // x1 is at least 1 if a pixel is visible
     PixelRect rect() const noexcept { return {columns & 0xffffu, columns >> 16, rows & 0xffffu, rows >> 16}; }
 };
@@ -205,8 +207,8 @@ struct GaussianWords {
 template <class A>
 struct SplatWords {
     using Real = typename A::Real;
-    Real mean_px[2], along, slope, across, opacity, depth, faintest;
-    typename A::Word columns, rows, anchor;
+    Real mean_px[2], along, slope, across, opacity, faintest;
+    typename A::Word depth_key, columns, rows, anchor;
 };
 /// `visible`: the lanes that show something. `stiff`: the lanes that need one of the rare branches of `project`. Vectors do not compute
 /// these branches, so OneFloat must compute such a lane.
@@ -360,7 +362,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.slope = b / a;
     s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = opacity;
-    s.depth = z;
+    s.depth_key = depth_keys<A>(c, g.mean_world.x, g.mean_world.y, g.mean_world.z);
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
@@ -400,22 +402,22 @@ inline Splat project(Gaussian const& g, View const& view, TileSize const& tile) 
             s.across,
             s.opacity,
             {g.colour[0], g.colour[1], g.colour[2]},
-            s.depth,
+            static_cast<std::uint32_t>(s.depth_key),
             s.faintest,
             static_cast<std::uint32_t>(s.columns),
             static_cast<std::uint32_t>(s.rows),
             {static_cast<std::uint32_t>(s.anchor)}};
 }
 
-/// The bits of the view depth of a Gaussian, as in its projection; 0 if the depth is not greater than the near plane's or not finite. Depths in
-/// front of the camera order as their bits do.
-inline std::uint32_t depth_bits(Gaussian const& g, View const& view) noexcept
+/// The depth key of a Gaussian, as in its projection; 0 if the depth is not greater than the near plane's or not finite.
+inline std::uint32_t depth_key(Gaussian const& g, View const& view) noexcept
 {
     using namespace detail;
     Camera const& c = view.camera;
     Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
-    return z > c.near_depth && z <= std::numeric_limits<float>::max() ? __builtin_bit_cast(std::uint32_t, z) : 0u;
+    if (!(z > c.near_depth && z <= std::numeric_limits<float>::max())) return 0;
+    return static_cast<std::uint32_t>(depth_keys<OneFloat>(c, g.mean_world[0], g.mean_world[1], g.mean_world[2]));
 }
 
 /// The share of a splat's light that a pixel centre gets if nothing is in front of it: opacity e^power, in [0, 1]. `x` and `y` are relative

@@ -153,7 +153,7 @@ struct TableAccess {
     {
         return {frame.splats.get(), rows, keys};
     }
-    TILEMESH_KERNEL static std::uint32_t depth_bits(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
+    TILEMESH_KERNEL static std::uint32_t depth_key(Parameters const& frame, SplatRow s) noexcept { return frame.depths.get()[s.row]; }
     TILEMESH_KERNEL static Reach reach(Here const& here, Parameters const& frame, SplatRow s) noexcept
     {
         TouchedTiles const& t = frame.touched.get()[s.row];

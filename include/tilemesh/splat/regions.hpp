@@ -123,16 +123,15 @@ using Marks = region::Marks<PoliciesOf<S>>;
 template <class S>
 using Splats = region::Splats<PoliciesOf<S>>;
 
-/// The key of the depth order: the bits of the view depth, then the id. All visible depths are positive, so their bits order as the floats
-/// do.
+/// The key of the depth order: the view depth as a word (depth_key.hpp), then the id.
 struct SortKey {
-    std::uint32_t depth_bits;
+    std::uint32_t depth_key;
     GaussianId id;
     std::uint32_t slot;
 };
 constexpr bool operator<(SortKey const& a, SortKey const& b) noexcept
 {
-    return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits : a.id < b.id;
+    return a.depth_key != b.depth_key ? a.depth_key < b.depth_key : a.id < b.id;
 }
 struct SortKeys : Buffer<SortKey> {
     static constexpr char const* name = "sort keys";

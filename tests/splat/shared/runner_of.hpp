@@ -36,7 +36,7 @@ public:
             auto const& c = mesh.template state<splat::Counts>(tile);
             out.insert(out.end(), {c.projected, c.visible, c.parked, c.copies, c.changes});
             for (auto const& m : marks(tile)) out.push_back(std::uint64_t{static_cast<std::uint32_t>(m.id)} << 32 | m.bits);
-            for (auto const& k : mesh.template state<splat::Order<P>>(tile)) out.push_back(std::uint64_t{k.depth_bits} << 32 | k.slot);
+            for (auto const& k : mesh.template state<splat::Order<P>>(tile)) out.push_back(std::uint64_t{k.depth_key} << 32 | k.slot);
         }
         return out;
     }

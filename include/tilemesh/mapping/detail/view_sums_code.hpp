@@ -87,7 +87,7 @@ inline void ViewSums::sort(std::span<splat::Splat const> splats, std::span<splat
     std::uint64_t all = ~std::uint64_t{0}, any = 0;
     for (std::size_t i = 0; i < splats.size(); ++i) {
         if (!splats[i].visible()) continue;
-        auto const depth = std::uint64_t{__builtin_bit_cast(std::uint32_t, splats[i].depth)};
+        auto const depth = std::uint64_t{splats[i].depth_key};
         auto const key = depth << 32 | static_cast<std::uint32_t>(records[i].id);
         keys_.push_back(key), rows_.push_back(static_cast<std::uint32_t>(i));
         all &= key, any |= key;

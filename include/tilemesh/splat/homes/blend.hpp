@@ -370,7 +370,7 @@ inline void sort_runs_at_once(SortKey* keys, std::uint32_t n, std::uint32_t runs
     __builtin_memcpy(spare, keys, n * sizeof *keys);
     for (std::uint32_t i = 0; i < n; ++i) {
         std::uint32_t const at = next[spare[i].slot >> tag]++;
-        keys[at] = {spare[i].depth_bits, spare[i].id, spare[i].slot & slots};
+        keys[at] = {spare[i].depth_key, spare[i].id, spare[i].slot & slots};
         if (order != nullptr) order[i] = at;
     }
 }
@@ -425,9 +425,9 @@ inline bool take_order(SortKey const* keys, std::uint32_t n, std::uint32_t const
     std::uint32_t depth = 0, id = 0, rising = 1; // no branch
     for (std::uint32_t i = 0; i < n; ++i) {
         std::uint32_t const at = left[i] < n ? left[i] : 0, next_id = static_cast<std::uint32_t>(keys[at].id);
-        std::uint32_t const less = (depth < keys[at].depth_bits ? 1u : 0u) | ((depth == keys[at].depth_bits ? 1u : 0u) & (id < next_id ? 1u : 0u));
+        std::uint32_t const less = (depth < keys[at].depth_key ? 1u : 0u) | ((depth == keys[at].depth_key ? 1u : 0u) & (id < next_id ? 1u : 0u));
         rising &= (at == left[i] ? 1u : 0u) & less;
-        depth = keys[at].depth_bits;
+        depth = keys[at].depth_key;
         id = next_id;
         order[i] = at;
     }
@@ -447,7 +447,7 @@ struct Merge {
         std::uint32_t at[most_runs], end[most_runs], depth[most_runs], id[most_runs]; // of each run: its next key
         auto const look = [&](std::uint32_t r) noexcept {
             bool const ended = at[r] == end[r];
-            depth[r] = ended ? infinite_depth : keys[at[r]].depth_bits;
+            depth[r] = ended ? infinite_depth : keys[at[r]].depth_key;
             id[r] = ended ? 0 : static_cast<std::uint32_t>(keys[at[r]].id);
         };
         for (std::uint32_t r = 0; r < most_runs; ++r) {

@@ -80,7 +80,7 @@ template <class AnyFold, class Windows>
 class Wanted {
 public:
     Wanted(Splat const& s, AnyFold const& fold, Camera const& camera, Windows const& windows) noexcept
-        : fold_(fold), camera_(camera), windows_(windows), splat_(s), depth_(__builtin_bit_cast(std::uint32_t, s.depth))
+        : fold_(fold), camera_(camera), windows_(windows), splat_(s), depth_(s.depth_key)
     {
         auto const r = s.rect();
         i0_ = r.x0 / block_width;
@@ -269,7 +269,7 @@ void make_room(Key arrives, Window& window, Held<P>& held, Keys& keys, Sample& s
         }
         pivot = farthest;
     }
-    window.frontier_depth = pivot.depth_bits;
+    window.frontier_depth = pivot.depth_key;
     window.frontier_id = static_cast<std::uint32_t>(pivot.id);
     counts.scanned += n + behind * picks;
     for (std::uint32_t i = 0; i < n;) {
@@ -277,7 +277,7 @@ void make_room(Key arrives, Window& window, Held<P>& held, Keys& keys, Sample& s
             ++i;
             continue;
         }
-        refuse({keys[i].depth_bits, static_cast<std::uint32_t>(keys[i].id)}, window, sample, counts);
+        refuse({keys[i].depth_key, static_cast<std::uint32_t>(keys[i].id)}, window, sample, counts);
         keys[i] = keys[--n];
         keys[i].slot = i;
         held[i] = held[n];

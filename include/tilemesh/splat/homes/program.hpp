@@ -150,7 +150,7 @@ struct Advance {
         std::uint32_t const n = keys.size(), capacity = held.capacity();
         std::uint32_t const each = share(capacity, 9);
         for (std::uint32_t i = each - 1 - window.blended % each; i < n && next_cuts.size() < most_cuts; i += each)
-            next_cuts.push(keys[order[i]].depth_bits + 1);
+            next_cuts.push(keys[order[i]].depth_key + 1);
         window.blended += n;
         held.truncate(0);
         keys.truncate(0);

@@ -33,7 +33,7 @@ struct Parameters {
     TileSize tiling; ///< of the projection; it only sets `Splat::anchor`, which this program does not read
     Fold fold;
     /// A map with more records than homes comes in chapters, front to back: the host refills the homes and runs the program again. 0 for
-    /// the first chapter; otherwise the bits of the nearest depth of this one. The picture goes on where the last chapter ended.
+    /// the first chapter; otherwise the key of the nearest depth of this one. The picture goes on where the last chapter ended.
     std::uint32_t chapter_depth;
 
     /// A district has 2^district_shift x 2^district_shift tiles. Parameters with `has_districts` may have more than one.
@@ -79,7 +79,7 @@ struct Operation {
 };
 using Operations = tilemesh::Operations<Operation>;
 
-/// The key of a splat: the bits of its depth, then its id.
+/// The key of a splat: its depth as a word (depth_key.hpp), then its id.
 struct Key {
     std::uint32_t depth, id;
 };
@@ -110,7 +110,7 @@ struct Parcel<Splat> {
     TileId first() const noexcept { return splat.anchor; }
     Key key() const noexcept
     {
-        return {__builtin_bit_cast(std::uint32_t, splat.depth), static_cast<std::uint32_t>(id)};
+        return {splat.depth_key, static_cast<std::uint32_t>(id)};
     }
     Splat const& projected() const noexcept { return splat; }
 };
@@ -120,7 +120,7 @@ inline constexpr std::uint32_t parcel_columns = 4, parcel_rows = 8;
 /// What a tile says of its window; in the end every tile has those of all. The notice of a district is the hull of its tiles': the least
 /// `lo_depth`, the largest `hi_depth`, and the blocks that are finished on all of them.
 struct WindowNotice {
-    std::uint32_t lo_depth;  ///< bits of the nearest depth that it wants; 0xffffffff: it wants nothing more
+    std::uint32_t lo_depth;  ///< key of the nearest depth that it wants; 0xffffffff: it wants nothing more
     std::uint32_t hi_depth;  ///< bits of the first depth behind the window
     std::uint32_t finished;  ///< blocks whose pixels have all stopped (Fold::bit_of)
 };

@@ -23,9 +23,7 @@ struct SortEntries {
             if (!e.splat.visible()) continue;
             counts.visible += i < tree.own ? 1 : 0;
             if (!touches(e.splat.rect(), step->tiling, here.tile)) continue;
-            std::uint32_t depth_bits;
-            std::memcpy(&depth_bits, &e.splat.depth, sizeof depth_bits);
-            keys.push({depth_bits, e.id, i});
+            keys.push({e.splat.depth_key, e.id, i});
         }
         splat::detail::sort_all(keys.begin(), keys.size(), keys.capacity());
         totals.resize(times(step->walkers, n));

@@ -78,7 +78,7 @@ inline Moments<splat::detail::OneFloat> moments_of(SplatSums const& s, Splat con
     Moments<splat::detail::OneFloat> m;
     float const quantum = 1.0f / quanta_per_unit(splat, dilation, limit); // exact
     for (std::uint32_t k = 0; k < sums; ++k) m.of[k] = static_cast<float>(s.of[k]) * quantum;
-    m.of[w_depth] = m.of[w_depth] / splat.depth;
+    m.of[w_depth] = m.of[w_depth] / splat.depth();
     return m;
 }
 

@@ -95,17 +95,18 @@ inline constexpr std::uint32_t padded_sums = 12;
 /// A chunk of splats with what the second walk needs besides, and their sums over the blocks so far, in quanta.
 template <std::uint32_t Size>
 struct alignas(splat::detail::vector_bytes) WalkChunk : splat::detail::Chunk<Size> {
-    float most[Size];
+    float depth[Size], most[Size];
     float scale[Size][padded_sums]; ///< raw sums to quanta
     std::int32_t quanta[Size][padded_sums];
 
     /// `splat::detail::Chunk::take` for splat i < n, with empty sums.
     void prepare(std::uint32_t i, Splat const& s, float dilation, float limit) noexcept
     {
-        most[i] = limit / s.depth;
+        depth[i] = s.depth();
+        most[i] = limit / depth[i];
         float const unit = quanta_per_unit(s, dilation, limit), x = std::sqrt(-2.0f * s.along), o = std::sqrt(-2.0f * s.across);
         float const all[padded_sums] = {unit, unit * x, unit * o, unit * x * x, unit * x * o, unit * o * o, unit, unit, unit,
-                                        unit * s.depth, 0, 0};
+                                        unit * depth[i], 0, 0};
         for (std::uint32_t k = 0; k < padded_sums; ++k) {
             scale[i][k] = all[k] < 1e38f ? all[k] : 1e38f; // a dot without dilation: 0 times infinity would be NaN
             quanta[i][k] = 0;

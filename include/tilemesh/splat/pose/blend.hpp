@@ -155,7 +155,7 @@ template <std::uint32_t Size>
 struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<Size> {
     static constexpr std::uint32_t coefficients = 5;
     float along_depth[Size], across_depth[Size];
-    float view_x[Size], view_y[Size];                ///< the mean in view space
+    float depth[Size], view_x[Size], view_y[Size];                ///< the mean in view space
     float motion[motions][coefficients][Size];
 
     template <std::uint32_t N, Column J>
@@ -176,7 +176,8 @@ struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<S
         using A = splat::detail::FloatLanes<N>;
         using splat::detail::load;
         for (std::uint32_t i = 0; i < n; i += N) {
-            MovingSplat<A> const s{load<N>(this->mean_x + i), load<N>(this->mean_y + i), load<N>(this->depth + i),
+            for (std::uint32_t k = i; k < i + N; ++k) depth[k] = depth_of_key(this->depth_key[k]);
+            MovingSplat<A> const s{load<N>(this->mean_x + i), load<N>(this->mean_y + i), load<N>(depth + i),
                                    load<N>(this->along + i),  load<N>(this->slope + i),  load<N>(this->across + i),
                                    load<N>(along_depth + i),  load<N>(across_depth + i)};
             MotionBasis<A> const basis(s, view);
