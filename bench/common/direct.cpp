@@ -99,7 +99,7 @@ void Direct::project(std::uint32_t thread, std::uint32_t threads, splat::View co
         auto const last = std::min(first + batch, end);
         splat::project_all(gaussians_.data() + first, last - first, view, tiling_, splats_.data() + first);
         for (auto row = first; row < last; ++row) { // without a branch: the key of an invisible splat is overwritten
-            keys[n] = {std::bit_cast<std::uint32_t>(splats_[row].depth), row};
+            keys[n] = {splats_[row].depth_key, row};
             n += splats_[row].visible() ? 1 : 0;
         }
     }

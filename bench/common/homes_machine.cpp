@@ -45,7 +45,7 @@ private:
         for (auto const tile : mesh.grid().tiles())
             for (auto const& record : std::as_const(mesh).state<homes::Home<Policies>>(tile)) {
                 auto const& s = splats[record.row];
-                if (s.visible()) entries_.push_back({{__builtin_bit_cast(std::uint32_t, s.depth), static_cast<std::uint32_t>(record.id)}, record.row});
+                if (s.visible()) entries_.push_back({{s.depth_key, static_cast<std::uint32_t>(record.id)}, record.row});
             }
         std::sort(entries_.begin(), entries_.end(), nearer);
     }

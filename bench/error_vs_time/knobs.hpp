@@ -18,7 +18,7 @@ enum class Crossing : std::uint32_t { blend, drop };
 struct Knobs {
     float sigmas = 0;                        ///< pixels beyond so many standard deviations along an axis get nothing; 0: no such limit
     Shape shape = Shape::float32;
-    std::uint32_t key_bits = 32;             ///< number of high bits of the depth that order splats; equal ones are ordered by id
+    std::uint32_t key_bits = 32;             ///< number of high bits of the depth key that order splats; equal ones are ordered by id
     std::uint32_t degree = 5;                ///< degree of the polynomial of `fast`: 3, 4 or 5
     Crossing crossing = Crossing::blend;
     friend bool operator==(Knobs const&, Knobs const&) = default;

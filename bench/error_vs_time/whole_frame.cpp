@@ -54,7 +54,7 @@ Image whole_frame(std::span<splat::Gaussian const> gaussians, splat::Camera cons
     for (std::uint32_t i = 0; i < projected.size(); ++i)
         if (projected[i].visible()) rows.push_back(i);
     std::sort(rows.begin(), rows.end(), [&](std::uint32_t a, std::uint32_t b) {
-        auto const key = [&](std::uint32_t i) { return key_of(knobs, std::bit_cast<std::uint32_t>(projected[i].depth)); };
+        auto const key = [&](std::uint32_t i) { return key_of(knobs, projected[i].depth_key); };
         return key(a) != key(b) ? key(a) < key(b) : gaussians[a].id < gaussians[b].id;
     });
     std::vector<splat::Splat> nearest_first;

@@ -223,7 +223,7 @@ private:
         for (auto const& g : map.gaussians)
             if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
         std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+            return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
         });
         float const lowest = splat::lowest_power_for(rules.alpha_min);
         Image image(camera.width, camera.height);

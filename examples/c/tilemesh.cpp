@@ -857,7 +857,7 @@ private:
         for (std::uint32_t row = 0; row < map_->gaussians.size(); ++row)
             if (splats[row].visible()) rows.push_back(row);
         std::sort(rows.begin(), rows.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return std::pair(splats[a].depth, map_->gaussians[a].id) < std::pair(splats[b].depth, map_->gaussians[b].id);
+            return std::pair(splats[a].depth_key, map_->gaussians[a].id) < std::pair(splats[b].depth_key, map_->gaussians[b].id);
         });
         complete_picture_ = report::Image(camera_.width, camera_.height);
         static_assert(sizeof(splat::FloatPixel) == 3 * sizeof(float), "a picture is an array of pixels");
@@ -1195,7 +1195,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
         auto const& s = splat::AccessOf<Policies>::splat_of(frame, entries[i]);
         if (s.visible()) shown.emplace_back(s, marks[i]);
     }
-    std::sort(shown.begin(), shown.end(), [](auto const& a, auto const& b) { return std::pair(a.first.depth, a.second.id) < std::pair(b.first.depth, b.second.id); });
+    std::sort(shown.begin(), shown.end(), [](auto const& a, auto const& b) { return std::pair(a.first.depth_key, a.second.id) < std::pair(b.first.depth_key, b.second.id); });
     json["records"] = marks.size();
     json["anchored"] = marks.size() - copies - leaving;
     json["copies"] = copies;
@@ -1243,7 +1243,7 @@ char const* tilemesh_handle::tile(std::uint32_t index)
         auto const r = s.rect();
         list.push_back({{"id", static_cast<std::uint32_t>(mark.id)},
                         {"kind", mark.is(splat::Mark::copy) ? "copy" : mark.is(splat::Mark::leaving) ? "leaving" : "anchored"},
-                        {"x", s.mean_px[0]}, {"y", s.mean_px[1]}, {"radius", std::max(r.x1 - r.x0, r.y1 - r.y0) / 2.0}, {"depth", s.depth},
+                        {"x", s.mean_px[0]}, {"y", s.mean_px[1]}, {"radius", std::max(r.x1 - r.x0, r.y1 - r.y0) / 2.0}, {"depth", s.depth()},
                         {"opacity", s.opacity}, {"colour", {s.colour[0], s.colour[1], s.colour[2]}}});
     }
     json["list"] = std::move(list);

@@ -109,7 +109,8 @@ TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* pat
  *   storage_slots      slots of a tile's storage; 0 (default): the preset's number, which is also the most
  *   waiting_slots      slots of each FIFO of routing; 0 (default): the preset's number, which is also the most
  *   hops               most exchanges of routing, and of bloom, in a frame; 0 or "quiet" (default): until all tiles are quiet
- *   most_passes        a frame that needs more passes of routing, or of bloom, is an error; 0 or "none" (default): no such limit
+ *   most_passes        a frame that needs more passes of routing, or of bloom, is an error; 0 or "none" (default): no such limit. This
+ *                      and the next three since version 4
  *   rounds, held       homes: most rounds of a frame, most splats that a tile holds; 0, or "all" and "fits" (default): what the map needs
  *   fold               homes: "on" (default): each part of the picture is spread over the grid; "off"
  *   saturation         "hold", "drop" or "preset" (default): what a record does that meets a full channel

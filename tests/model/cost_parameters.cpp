@@ -207,6 +207,11 @@ struct Counting {
         return {splat::exponential(v.v)};
     }
 };
+/// The depth key is not counted.
+Counting::Word depth_keys(Counting, splat::Camera const& c, Counting::Real x, Counting::Real y, Counting::Real z)
+{
+    return {splat::detail::depth_keys(splat::detail::OneFloat{}, c, x.v, y.v, z.v)};
+}
 } // namespace
 
 TEST_CASE("cost parameters: a projection does what mk2 counts")

@@ -40,7 +40,7 @@ inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& ga
     for (auto const& g : gaussians)
         if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
     std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-        return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+        return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
     });
     std::vector<double> limits(std::size_t{camera.width} * camera.height, 0), transmittance(limits.size(), 1);
     double brightest = 0;

@@ -43,7 +43,7 @@ struct SortedSplats {
         for (auto const& g : gaussians)
             if (auto const s = tilemesh::splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
         std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-            return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+            return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
         });
         for (auto const& item : items) splats.push_back(item.first);
     }

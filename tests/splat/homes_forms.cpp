@@ -124,7 +124,7 @@ std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera c
     for (auto const& g : records)
         if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
     std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-        return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second;
+        return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
     });
     std::vector<Planes> pixels(width * height);
     auto const at = [&](std::uint32_t i) -> splat::Splat const& { return items[i].first; };

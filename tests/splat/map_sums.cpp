@@ -19,7 +19,7 @@ std::vector<Splat> sorted_splats(std::vector<Gaussian> const& gaussians, View co
     }
     std::sort(all.begin(), all.end(),
               [](auto const& a,
-                 auto const& b) { return a.first.depth != b.first.depth ? a.first.depth < b.first.depth : a.second < b.second; });
+                 auto const& b) { return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second; });
     std::vector<Splat> out;
     for (auto const& one : all) out.push_back(one.first);
     return out;
@@ -210,7 +210,7 @@ TEST_CASE("map sums: float is within 2e-5 of double, with alpha up to 1, and the
             exact.push_back(map::in_own_units<D>(truth[i], double{splats[i].along}, double{splats[i].across}));
             chunk->prepare(i, splats[i], rules.dilation, limit);
             double largest = 1e-30;
-            for (double const v : exact[i].of) largest = std::max(largest, std::fabs(v) * std::max(1.0, double{splats[i].depth}));
+            for (double const v : exact[i].of) largest = std::max(largest, std::fabs(v) * std::max(1.0, double{splats[i].depth()}));
             finer.push_back(std::exp2(std::floor(26 - std::log2(largest * double{map::quanta_per_unit(splats[i], rules.dilation,
                 limit)}))));
             for (float& v : chunk->scale[i]) v *= static_cast<float>(finer[i]);

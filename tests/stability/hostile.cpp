@@ -123,7 +123,7 @@ TEST_CASE("maps whose float32 covariances are not positive definite: finite, bit
     Rules const rules{};
     for (auto const& g : map) {
         auto const s = stability::our_splat(g, camera, rules);
-        if (s.visible()) layers.push_back({g, s.depth, stability::truth<long double>(g, camera, rules), naive::project(g, camera)});
+        if (s.visible()) layers.push_back({g, s.depth(), stability::truth<long double>(g, camera, rules), naive::project(g, camera)});
     }
     CHECK(layers.size() * 2 > map.size());
     std::sort(layers.begin(), layers.end(),
@@ -305,7 +305,7 @@ char const* fault(Record const& record, Splat const& s, View const& view, Tiling
     auto const r = s.rect();
     if (r.empty() || r.x1 > c.width || r.y1 > c.height) return "rectangle";
     if (s.anchor.x() >= tiling.columns || s.anchor.y() >= tiling.rows || !covers(s, tiling, s.anchor)) return "anchor";
-    if (!std::isfinite(s.depth) || !(s.depth > c.near_depth)) return "depth";
+    if (!std::isfinite(s.depth()) || !(s.depth() >= c.near_depth)) return "depth";
     if (!(s.opacity >= 0 && s.opacity <= 1)) return "opacity";
     for (float colour : s.colour)
         if (!(colour <= largest_colour && colour >= (Record::sh_degree > 0 ? 0 : -largest_colour))) return "colour";

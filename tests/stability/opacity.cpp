@@ -166,7 +166,7 @@ TEST_CASE("row 41: NaN in any field is never hidden by a maximum")
             if (!s.visible()) continue;
             ++drawn;
             for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.opacity, s.colour[0], s.colour[1],
-                            s.colour[2], s.depth})
+                            s.colour[2], s.depth()})
                 not_finite += std::isfinite(v) ? 0 : 1;
             not_finite +=
                 finite(stability::render(Kind::roomy, support::map_of({g}), small_camera(), {.grid = {1, 1}}).image) ? 0

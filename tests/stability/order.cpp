@@ -25,7 +25,7 @@ report::Image stable_picture(std::vector<Gaussian> const& arrived, Camera const&
     std::vector<Splat> splats;
     for (auto const& g : arrived)
         if (auto const s = project(g, view, tiling); s.visible()) splats.push_back(s);
-    std::stable_sort(splats.begin(), splats.end(), [](Splat const& a, Splat const& b) { return a.depth < b.depth; });
+    std::stable_sort(splats.begin(), splats.end(), [](Splat const& a, Splat const& b) { return a.depth_key < b.depth_key; });
     report::Image image(camera.width, camera.height);
     std::vector<float> through(std::size_t{camera.width} * camera.height, 1.0f);
     for (auto const& s : splats) {
@@ -156,7 +156,7 @@ TEST_CASE("row 58: a wall that faces the camera looks the same on tiles of every
     auto const view = make_view(turned, Rules{});
     std::vector<float> depths;
     for (auto const& g : wall)
-        if (auto const s = project(g, view, make_tiling(160, 96, 160, 96)); s.visible()) depths.push_back(s.depth);
+        if (auto const s = project(g, view, make_tiling(160, 96, 160, 96)); s.visible()) depths.push_back(s.depth());
     std::sort(depths.begin(), depths.end());
     std::uint32_t ties = 0;
     for (std::size_t i = 1; i < depths.size(); ++i) ties += depths[i] == depths[i - 1] ? 1 : 0;
@@ -214,8 +214,8 @@ TEST_CASE("row 59: the bits of every depth that is drawn are ordered as the dept
         auto const s = project(g, view, tiling);
         if (!s.visible()) continue;
         ++shown;
-        wrong += s.depth > 0 ? 0 : 1;
-        keys.emplace_back(s.depth, bits_of(s.depth));
+        wrong += s.depth() > 0 ? 0 : 1;
+        keys.emplace_back(s.depth(), s.depth_key);
     }
     std::sort(keys.begin(), keys.end(), [](auto const& a, auto const& b) { return a.second < b.second; });
     for (std::size_t i = 1; i < keys.size(); ++i) wrong += keys[i].first < keys[i - 1].first ? 1 : 0;
@@ -248,7 +248,7 @@ TEST_CASE("row 60: depths that are NaN never reach the sort")
     std::vector<SortKey> keys;
     for (std::uint32_t i = 0; i < gaussians.size(); ++i)
         if (auto const s = project(gaussians[i], view, make_tiling(64, 64, 64, 64)); s.visible())
-            keys.push_back({bits_of(s.depth), gaussians[i].id, i});
+            keys.push_back({s.depth_key, gaussians[i].id, i});
     splat::detail::heap_sort(keys.data(), static_cast<std::uint32_t>(keys.size()));
     std::uint32_t inversions = 0;
     for (std::size_t i = 1; i < keys.size(); ++i)

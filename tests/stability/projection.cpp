@@ -704,7 +704,7 @@ TEST_CASE("row 28: a mean at the camera centre")
         c.near_depth = near_depth;
         auto const s = our_splat(g, c, Rules{});
         CHECK_FALSE(s.visible());
-        for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth, s.faintest})
+        for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth(), s.faintest})
             CHECK(std::isfinite(v));
     }
     // And just in front of it, if the colour depends on the direction.
@@ -831,7 +831,7 @@ TEST_CASE("row 32: one Gaussian at 7e8 does not spoil the order of the others")
         auto const s = our_splat(g, c, Rules{});
         REQUIRE(s.visible());
         items.push_back({truth<double>(g, c, Rules{}).depth, n});
-        keys.push_back({__builtin_bit_cast(std::uint32_t, s.depth), tilemesh::splat::GaussianId{n}, n});
+        keys.push_back({s.depth_key, tilemesh::splat::GaussianId{n}, n});
     }
     std::sort(items.begin(), items.end(),
               [](Item const& a, Item const& b) { return a.depth != b.depth ? a.depth < b.depth : a.id < b.id; });

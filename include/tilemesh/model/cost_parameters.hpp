@@ -68,7 +68,8 @@ TILEMESH_HOST void set_price(CostModel& model, std::string_view operation, std::
 /// on which a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
 struct KernelWork {
     /// One projection with an opacity box: additions and multiplications (a fused operation counts two); divisions and square roots;
-    /// compares, selects, conversions and integer operations.
+    /// compares, selects, conversions and integer operations. Without the depth key (splat/depth_key.hpp): 8 additions and multiplications in
+    /// double, which Mk2 has in software only. Nobody has measured them there, so no modelled time has them.
     static constexpr std::uint32_t projection_flops = 289, projection_roots = 12, projection_others = 122;
     /// `reach`, which finds the tiles that the record touches: it compares five rectangles.
     static constexpr std::uint32_t reach = 146;

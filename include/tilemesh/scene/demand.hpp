@@ -138,7 +138,7 @@ Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rul
             d.spans = d.spans || tiles.count() > 1;
             d.footprint_columns = std::max(d.footprint_columns, tiles.columns());
             d.footprint_rows = std::max(d.footprint_rows, tiles.rows());
-            if (i == 0) depths.push_back(s.depth);
+            if (i == 0) depths.push_back(s.depth());
         };
         if (whole)
             for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) project_row(row);

@@ -65,7 +65,8 @@ TILEMESH_KERNEL void depth_lanes(DepthAxis const& a, Floats<N> const& x, Floats<
 {
     using Doubles = typename VectorOf<double, N>::type;
     using Bits = typename VectorOf<std::uint64_t, N>::type;
-    Doubles const depth = depth_along<Doubles>(a, __builtin_convertvector(x, Doubles), __builtin_convertvector(y, Doubles), __builtin_convertvector(z, Doubles));
+    Doubles const depth =
+        depth_along<Doubles>(a, __builtin_convertvector(x, Doubles), __builtin_convertvector(y, Doubles), __builtin_convertvector(z, Doubles));
     Doubles const from = depth < double{fine_from} ? Doubles{} + double{fine_from} : depth;
     Bits const steps = (__builtin_bit_cast(Bits, from) + (std::uint64_t{1} << (fine_shift - 1))) >> fine_shift;
     using Depths = Floats<N>;
@@ -74,33 +75,32 @@ TILEMESH_KERNEL void depth_lanes(DepthAxis const& a, Floats<N> const& x, Floats<
     to.fine = __builtin_convertvector(Bits(steps - fine_steps), Keys) + first_fine_key;
 }
 
-/// The keys of means that are visible. In other lanes they have no meaning.
-template <class A>
-TILEMESH_KERNEL typename A::Word depth_keys(Camera const& c, typename A::Real const& x, typename A::Real const& y, typename A::Real const& z) noexcept
+/// The keys of means that are visible, in an arithmetic of number.hpp. In other lanes they have no meaning.
+TILEMESH_KERNEL std::int32_t depth_keys(OneFloat, Camera const& c, float x, float y, float z) noexcept
+{
+    return static_cast<std::int32_t>(key_of_depth(depth_along<double>(DepthAxis(c), double{x}, double{y}, double{z})));
+}
+template <std::uint32_t N>
+TILEMESH_KERNEL Words<N> depth_keys(FloatLanes<N>, Camera const& c, Floats<N> const& x, Floats<N> const& y, Floats<N> const& z) noexcept
 {
     DepthAxis const axis(c);
-    if constexpr (A::lanes == 1) {
-        return static_cast<typename A::Word>(key_of_depth(depth_along<double>(axis, double{x}, double{y}, double{z})));
-    } else {
-        constexpr std::uint32_t N = A::lanes;
-        Floats<N> depth;
-        UnsignedWords<N> fine;
-        if constexpr (N == 2) {
-            DepthLanes<N> all;
-            depth_lanes<N>(axis, x, y, z, all);
-            depth = all.depth, fine = all.fine;
-        } else { // halves, whose doubles fill a vector
-            Floats<N / 2> xs[2], ys[2], zs[2];
-            split(x, xs[0], xs[1]), split(y, ys[0], ys[1]), split(z, zs[0], zs[1]);
-            DepthLanes<N / 2> low, high;
-            depth_lanes<N / 2>(axis, xs[0], ys[0], zs[0], low);
-            depth_lanes<N / 2>(axis, xs[1], ys[1], zs[1], high);
-            join(low.depth, high.depth, depth), join(low.fine, high.fine, fine);
-        }
-        Words<N> const bits = bits_of<N>(depth), far = bits + static_cast<std::int32_t>(coarse_to_key);
-        Words<N> const near_or_fine = depth < fine_from ? bits : __builtin_bit_cast(Words<N>, fine);
-        return depth >= fine_to ? far : near_or_fine;
+    Floats<N> depth;
+    UnsignedWords<N> fine;
+    if constexpr (N == 2) {
+        DepthLanes<N> all;
+        depth_lanes<N>(axis, x, y, z, all);
+        depth = all.depth, fine = all.fine;
+    } else { // halves, whose doubles fill a vector
+        Floats<N / 2> xs[2], ys[2], zs[2];
+        split(x, xs[0], xs[1]), split(y, ys[0], ys[1]), split(z, zs[0], zs[1]);
+        DepthLanes<N / 2> low, high;
+        depth_lanes<N / 2>(axis, xs[0], ys[0], zs[0], low);
+        depth_lanes<N / 2>(axis, xs[1], ys[1], zs[1], high);
+        join(low.depth, high.depth, depth), join(low.fine, high.fine, fine);
     }
+    Words<N> const bits = bits_of<N>(depth), far = bits + static_cast<std::int32_t>(coarse_to_key);
+    Words<N> const near_or_fine = depth < fine_from ? bits : __builtin_bit_cast(Words<N>, fine);
+    return depth >= fine_to ? far : near_or_fine;
 }
 } // namespace detail
 
