@@ -111,7 +111,7 @@ splat::Splat splat_with(float along, float slope, float across)
     splat::Splat s{};
     s.along = along, s.slope = slope, s.across = across;
     s.opacity = 0.9f;
-    s.depth_key = splat::detail::key_of_depth(1);
+    s.depth_key = splat::key_of_depth(1);
     s.columns = 0u | 40u << 16;
     s.rows = 0u | 30u << 16;
     s.mean_px[0] = s.mean_px[1] = 0;

@@ -268,7 +268,7 @@ TEST_CASE("blending: pixels outside a rectangle get nothing, however bright the 
                 s.along = s.across = -1e-9f;
                 s.opacity = 0.5f;
                 s.faintest = -5;
-                s.depth_key = splat::detail::key_of_depth(1);
+                s.depth_key = splat::key_of_depth(1);
                 for (float& c : s.colour) c = 1;
                 s.columns = x0 | (x0 + size) << 16;
                 s.rows = y0 | (y0 + size) << 16;
@@ -297,7 +297,7 @@ TEST_CASE("blending: an opaque wall stops a block within 64 splats")
     s.along = s.across = -1e-9f;
     s.opacity = 0.95f; // 0.05^2 is the first power below 5e-3, 0.05^4 below 1e-4
     s.faintest = -5;
-    s.depth_key = splat::detail::key_of_depth(1);
+    s.depth_key = splat::key_of_depth(1);
     s.columns = 0u | 16u << 16;
     s.rows = 0u | 5u << 16;
     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };

@@ -143,7 +143,7 @@ TEST_CASE("cells: a pixel barely above the cut is listed, though it is alone in 
         s.slope = random.uniform(-0.5f, 0.5f);
         s.mean_px[1] = y - s.slope * (x - s.mean_px[0]); // the pixel is the ellipse's rightmost or leftmost point
         s.along = -random.uniform(2.0f, 5.0f) / (away * away), s.across = -random.uniform(0.5f, 1.5f);
-        s.depth_key = splat::detail::key_of_depth(1), s.opacity = 1;
+        s.depth_key = splat::key_of_depth(1), s.opacity = 1;
         s.opacity = rules.alpha_min * 1.00003f / alpha_at(s, x, y);
         if (!(s.opacity < 0.99f)) continue;
         s.faintest = logarithm(rules.alpha_min / s.opacity) - 0.01f; // as in a projection
@@ -261,7 +261,7 @@ TEST_CASE("cells: an opaque wall stops a cell within 64 splats")
     s.along = s.across = -1e-9f;
     s.opacity = 0.95f; // 0.05^2 is the first power below 5e-3
     s.faintest = -5;
-    s.depth_key = splat::detail::key_of_depth(1);
+    s.depth_key = splat::key_of_depth(1);
     s.columns = 0u | 16u << 16;
     s.rows = 0u | 8u << 16;
     auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };

@@ -13,7 +13,8 @@ using namespace tilemesh::splat;
 namespace {
 std::uint32_t key(double depth)
 {
-    return splat::detail::key_of_depth(depth);
+    auto const rounded = static_cast<float>(depth);
+    return key_of_depth(rounded, static_cast<float>(depth - double{rounded}));
 }
 float next(float v, int steps)
 {
@@ -101,7 +102,8 @@ TEST_CASE("depth key: records in lanes have the keys of records one by one, also
             if (!one.visible()) continue;
             ++visible;
             CHECK(one.depth_key == depth_key(records[i], view));
-            CHECK(one.depth() == static_cast<float>(exact_depth(camera, records[i])));
+            auto const exact = key(exact_depth(camera, records[i])); // the sum of two floats may differ in the last bit
+            CHECK((one.depth_key == exact || one.depth_key + 1 == exact || one.depth_key == exact + 1));
         }
         CHECK((scale < 1 || visible > 20));
     }

@@ -68,9 +68,11 @@ TILEMESH_HOST void set_price(CostModel& model, std::string_view operation, std::
 /// on which a record is copied word by word. The arithmetic of a projection is exact: tests/model/cost_parameters.cpp counts it.
 struct KernelWork {
     /// One projection with an opacity box: additions and multiplications (a fused operation counts two); divisions and square roots;
-    /// compares, selects, conversions and integer operations. Without the depth key (splat/depth_key.hpp): 8 additions and multiplications in
-    /// double, which Mk2 has in software only. Nobody has measured them there, so no modelled time has them.
+    /// compares, selects, conversions and integer operations.
     static constexpr std::uint32_t projection_flops = 289, projection_roots = 12, projection_others = 122;
+    /// The depth key of a projection (splat/depth_key.hpp). It is not in the price of a projection: all published prices and figures are those
+    /// of a depth in one float.
+    static constexpr std::uint32_t depth_key_flops = 59, depth_key_others = 39;
     /// `reach`, which finds the tiles that the record touches: it compares five rectangles.
     static constexpr std::uint32_t reach = 146;
     /// One slot in `find`: load, compare, set, add. The loop is unrolled 16 times.

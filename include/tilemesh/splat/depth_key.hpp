@@ -6,14 +6,14 @@
 /// The depth of a splat as a word of 32 bits that rises with it: the key of the depth order.
 ///
 /// The bits of a float32 have this order too, but waste it: a third of the wrongly ordered neighbours of a map have one float32, and a sum in
-/// float32 is wrong by several last bits. This word is rounded once, to the nearest, from a depth in double. It has 28 significant bits where
-/// depths of maps are, in 16 binades from 2^-6 to 2^10 (16 mm to 1 km in a map in metres), and the 24 of a float32 elsewhere:
+/// float32 is wrong by several last bits. This word is rounded once, to the nearest, from a depth in two floats. It has 28 significant bits
+/// where depths of maps are, in 16 binades from 2^-6 to 2^10 (16 mm to 1 km in a map in metres), and the 24 of a float32 elsewhere:
 ///
-///     below 2^-6           the bits of the float32                             0 to first
-///     2^-6 to 2^10         first + the steps of 2^-27 binades above 2^-6       first to last = first + 2^31
-///     above 2^10           last + the bits of the float32 above those of 2^10
+///     below 2^-6         the bits of the float32
+///     2^-6 to 2^10       0x40000000 + the steps of 2^-27 binades above 2^-6
+///     from 2^10 on       0xc0000000 + the bits of the float32 above those of 2^10
 ///
-/// That is 0xf7800000 at infinity, so all ones stays free. 0 stands for no depth.
+/// So all ones stays free. 0 stands for no depth.
 TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
@@ -21,96 +21,77 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 namespace detail {
 inline constexpr float fine_from = 0x1p-6f, fine_to = 0x1p10f;
-inline constexpr std::uint32_t first_fine_key = 0x3c800000u, last_fine_key = first_fine_key + (16u << 27); // the bits of fine_from
-inline constexpr std::uint32_t coarse_to_key = last_fine_key - 0x44800000u;                                // the bits of fine_to
-inline constexpr std::uint64_t fine_steps = std::uint64_t{1023 - 6} << 27; ///< fine_from in steps: the exponent of its double
-inline constexpr std::uint32_t fine_shift = 52 - 27;
+inline constexpr std::int32_t bits_of_fine_from = 0x3c800000, bits_of_fine_to = 0x44800000;
+inline constexpr std::uint32_t first_fine_key = 0x40000000u, first_far_key = 0xc0000000u;
 
-/// What the depths of one view share.
-struct DepthAxis {
-    double axis[3], position[3], near_depth;
-    TILEMESH_KERNEL explicit DepthAxis(Camera const& c) noexcept
-        : axis{double{c.rotation[2][0]}, double{c.rotation[2][1]}, double{c.rotation[2][2]}},
-          position{double{c.position[0]}, double{c.position[1]}, double{c.position[2]}}, near_depth(double{c.near_depth})
-    {
-    }
+template <class A>
+struct Vector3 {
+    typename A::Real x, y, z;
 };
-/// The depth of a mean that is in front of the near plane by its float32. The differences and the products are exact, or wrong by 2^-53.
-template <class Double>
-TILEMESH_KERNEL Double depth_along(DepthAxis const& a, Double const& x, Double const& y, Double const& z) noexcept
+
+/// What a rounded sum of a and b lacks, exactly (Knuth 1969).
+template <class Real>
+TILEMESH_KERNEL Real rest_of_sum(Real const& a, Real const& b, Real const& sum) noexcept
 {
-    Double const sum = (x - a.position[0]) * a.axis[0] + (y - a.position[1]) * a.axis[1] + (z - a.position[2]) * a.axis[2];
-    return sum < a.near_depth ? Double{} + a.near_depth : sum;
+    Real const b_in_sum = sum - a;
+    return (a - (sum - b_in_sum)) + (b - b_in_sum);
 }
 
-TILEMESH_KERNEL std::uint32_t key_of_depth(double z) noexcept
+/// The key of depth + rest, where `depth` is their sum in float32.
+template <class A>
+TILEMESH_KERNEL typename A::Word key_of(typename A::Real const& depth, typename A::Real const& rest) noexcept
 {
-    auto const f = static_cast<float>(z);
-    auto const bits = __builtin_bit_cast(std::uint32_t, f);
-    if (f < fine_from) return bits;
-    if (f >= fine_to) return bits + coarse_to_key;
-    double const from = z < double{fine_from} ? double{fine_from} : z;
-    auto const steps = (__builtin_bit_cast(std::uint64_t, from) + (std::uint64_t{1} << (fine_shift - 1))) >> fine_shift;
-    return static_cast<std::uint32_t>(steps - fine_steps) + first_fine_key;
+    using Word = typename A::Word;
+    auto const is_fine = A::every(depth >= A::all(fine_from), depth < A::all(fine_to));
+    Word const bits = A::bits(depth), fine_bits = A::bits(A::select(is_fine, depth, A::all(fine_from)));
+    // The rest in sixteenths of the last bit of `depth`, -8 to 8.
+    typename A::Real const scale = A::floats(0x7f000000 - (fine_bits & 0x7f800000));
+    typename A::Real const sixteenths = A::select(is_fine, rest * scale * A::all(0x1p27f), A::all(0.0f)) + A::all(8.5f);
+    Word const steps = ((fine_bits - bits_of_fine_from) << 4) + (A::truncate(sixteenths) - 8);
+    Word const fine = (A::keep(steps > 0, steps) - 0x40000000) ^ static_cast<std::int32_t>(0x80000000u); // + 0x40000000, without a carry
+    Word const far = (bits - bits_of_fine_to) | static_cast<std::int32_t>(first_far_key);
+    return A::keep(is_fine, fine) | A::keep(depth >= A::all(fine_to), far) | A::keep(depth < A::all(fine_from), bits);
 }
 
-/// The depths in float32 and the fine keys of some lanes.
-template <std::uint32_t N>
-struct DepthLanes {
-    Floats<N> depth;
-    UnsignedWords<N> fine;
-};
-template <std::uint32_t N>
-TILEMESH_KERNEL void depth_lanes(DepthAxis const& a, Floats<N> const& x, Floats<N> const& y, Floats<N> const& z, DepthLanes<N>& to) noexcept
+/// The keys of means that are visible, from their differences `d` to the camera, which are rounded. In other lanes they have no meaning.
+///
+/// The depth is a sum of two floats. A difference and its rest are exact. Of a product's factors, the 12 leading bits of each are multiplied
+/// exactly. The other products are below 2^-11 of the whole, and so are their roundings below 2^-34.
+template <class A>
+TILEMESH_KERNEL typename A::Word depth_keys(Camera const& c, Vector3<A> const& mean, Vector3<A> const& d) noexcept
 {
-    using Doubles = typename VectorOf<double, N>::type;
-    using Bits = typename VectorOf<std::uint64_t, N>::type;
-    Doubles const depth =
-        depth_along<Doubles>(a, __builtin_convertvector(x, Doubles), __builtin_convertvector(y, Doubles), __builtin_convertvector(z, Doubles));
-    Doubles const from = depth < double{fine_from} ? Doubles{} + double{fine_from} : depth;
-    Bits const steps = (__builtin_bit_cast(Bits, from) + (std::uint64_t{1} << (fine_shift - 1))) >> fine_shift;
-    using Depths = Floats<N>;
-    using Keys = UnsignedWords<N>;
-    to.depth = __builtin_convertvector(depth, Depths);
-    to.fine = __builtin_convertvector(Bits(steps - fine_steps), Keys) + first_fine_key;
-}
-
-/// The keys of means that are visible, in an arithmetic of number.hpp. In other lanes they have no meaning.
-TILEMESH_KERNEL std::int32_t depth_keys(OneFloat, Camera const& c, float x, float y, float z) noexcept
-{
-    return static_cast<std::int32_t>(key_of_depth(depth_along<double>(DepthAxis(c), double{x}, double{y}, double{z})));
-}
-template <std::uint32_t N>
-TILEMESH_KERNEL Words<N> depth_keys(FloatLanes<N>, Camera const& c, Floats<N> const& x, Floats<N> const& y, Floats<N> const& z) noexcept
-{
-    DepthAxis const axis(c);
-    Floats<N> depth;
-    UnsignedWords<N> fine;
-    if constexpr (N == 2) {
-        DepthLanes<N> all;
-        depth_lanes<N>(axis, x, y, z, all);
-        depth = all.depth, fine = all.fine;
-    } else { // halves, whose doubles fill a vector
-        Floats<N / 2> xs[2], ys[2], zs[2];
-        split(x, xs[0], xs[1]), split(y, ys[0], ys[1]), split(z, zs[0], zs[1]);
-        DepthLanes<N / 2> low, high;
-        depth_lanes<N / 2>(axis, xs[0], ys[0], zs[0], low);
-        depth_lanes<N / 2>(axis, xs[1], ys[1], zs[1], high);
-        join(low.depth, high.depth, depth), join(low.fine, high.fine, fine);
-    }
-    Words<N> const bits = bits_of<N>(depth), far = bits + static_cast<std::int32_t>(coarse_to_key);
-    Words<N> const near_or_fine = depth < fine_from ? bits : __builtin_bit_cast(Words<N>, fine);
-    return depth >= fine_to ? far : near_or_fine;
+    using Real = typename A::Real;
+    Real small = A::all(0.0f);
+    auto const product = [&](Real const& m, Real const& difference, std::uint32_t k, Real& to) noexcept {
+        constexpr std::int32_t leading = -0x1000; // sign, exponent and 12 bits of a significand
+        float const w = c.rotation[2][k], w_leading = OneFloat::floats(OneFloat::bits(w) & leading);
+        Real const d_leading = A::floats(A::bits(difference) & leading);
+        Real const rest = rest_of_sum<Real>(m, A::all(-c.position[k]), difference);
+        to = d_leading * w_leading;
+        small = small + ((difference - d_leading) * w_leading + (difference * (w - w_leading) + rest * w));
+    };
+    Real x, y, z;
+    product(mean.x, d.x, 0, x), product(mean.y, d.y, 1, y), product(mean.z, d.z, 2, z);
+    Real const two = x + y, three = two + z;
+    small = small + (rest_of_sum<Real>(x, y, two) + rest_of_sum<Real>(two, z, three));
+    Real const depth = three + small;
+    auto const behind = depth < A::all(c.near_depth); // the float32 that decided on the near plane was rounded more often
+    return key_of<A>(A::select(behind, A::all(c.near_depth), depth), A::select(behind, A::all(0.0f), small - (depth - three)));
 }
 } // namespace detail
 
+/// The key of depth + rest, where `depth` is their sum in float32.
+inline std::uint32_t key_of_depth(float depth, float rest = 0) noexcept
+{
+    return static_cast<std::uint32_t>(detail::key_of<detail::OneFloat>(depth, rest));
+}
 /// The float32 that is nearest to the depth of a key.
 inline float depth_of_key(std::uint32_t key) noexcept
 {
     using namespace detail;
-    if (key - first_fine_key <= last_fine_key - first_fine_key)
-        return static_cast<float>(__builtin_bit_cast(double, (key - first_fine_key + fine_steps) << fine_shift));
-    return __builtin_bit_cast(float, key < first_fine_key ? key : key - coarse_to_key);
+    if (key < first_fine_key) return __builtin_bit_cast(float, key);
+    if (key < first_far_key) return __builtin_bit_cast(float, ((key - first_fine_key + 8) >> 4) + static_cast<std::uint32_t>(bits_of_fine_from));
+    return __builtin_bit_cast(float, key - first_far_key + static_cast<std::uint32_t>(bits_of_fine_to));
 }
 
 }}} // namespace tilemesh::splat

@@ -45,10 +45,6 @@ static_assert(sizeof(Splat) == 56 && std::is_trivially_copyable_v<Splat>, "a spl
 inline constexpr float largest_colour = 1e6f;
 
 namespace detail {
-template <class A>
-struct Vector3 {
-    typename A::Real x, y, z;
-};
 using Float3 = Vector3<OneFloat>;
 
 template <class A>
@@ -362,7 +358,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.slope = b / a;
     s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = opacity;
-    s.depth_key = depth_keys(A{}, c, g.mean_world.x, g.mean_world.y, g.mean_world.z);
+    s.depth_key = depth_keys<A>(c, g.mean_world, d);
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
@@ -417,7 +413,7 @@ inline std::uint32_t depth_key(Gaussian const& g, View const& view) noexcept
     Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
     if (!(z > c.near_depth && z <= std::numeric_limits<float>::max())) return 0;
-    return static_cast<std::uint32_t>(depth_keys(OneFloat{}, c, g.mean_world[0], g.mean_world[1], g.mean_world[2]));
+    return static_cast<std::uint32_t>(depth_keys<OneFloat>(c, {g.mean_world[0], g.mean_world[1], g.mean_world[2]}, d));
 }
 
 /// The share of a splat's light that a pixel centre gets if nothing is in front of it: opacity e^power, in [0, 1]. `x` and `y` are relative
