@@ -219,13 +219,14 @@ constexpr auto value_name = [] {
 template <std::size_t Field, auto... Members, class P = Path<Members...>>
 constexpr Option<typename P::Owner> renderer_row()
 {
-    constexpr auto const& of = tilemesh::render::renderer_fields[Field];
+    using tilemesh::render::renderer_fields;
+    constexpr auto const& of = renderer_fields[Field];
     constexpr bool is_word = of.values.kind == tilemesh::render::Values::word;
     Option<typename P::Owner> row{{of.name, is_word ? "NAME" : std::string_view(value_name<Field>.data(), value_name<Field>.size()), of.meaning,
                                    is_word ? Form::word : Form::whole, of.values.least, of.values.most, of.values.words, of.values.unit},
-                                  [](typename P::Owner& o, OptionValue const& v) { of.set(P::in(o), static_cast<double>(v.whole)); },
+                                  [](typename P::Owner& o, OptionValue const& v) { renderer_fields[Field].set(P::in(o), static_cast<double>(v.whole)); },
                                   [](typename P::Owner const& o) {
-                                      return OptionValue{.text = {}, .whole = static_cast<std::uint64_t>(of.get(P::in(o)))};
+                                      return OptionValue{.text = {}, .whole = static_cast<std::uint64_t>(renderer_fields[Field].get(P::in(o)))};
                                   }};
     for (auto const& [word, number] : of.values.words)
         if (row.standard.empty() && static_cast<double>(number) == of.get({})) row.standard = word;
