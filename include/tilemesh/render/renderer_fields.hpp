@@ -4,8 +4,7 @@
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 
-namespace tilemesh {
-inline namespace v0_2 { namespace render {
+namespace tilemesh { inline namespace v0_2 { namespace render {
 
 namespace detail {
 inline constexpr Word until_quiet[] = {{"quiet", 0}};
@@ -58,6 +57,5 @@ constexpr OnlyAnchored only_anchored(splat::Setup const& setup, RendererOptions 
     if (options.sizes) return {"sizes", {}, "homes have their own"};
     return {};
 }
-}
-}
-} // namespace tilemesh::render
+
+}}} // namespace tilemesh::render
