@@ -112,7 +112,7 @@ TEST_CASE("instruction sets: each projects the same bits, also of the records th
         for (std::uint32_t n = 0; n <= records.size(); n += n < 40 ? 1 : 137) {
             INFO(n, " records");
             Splat guard{};
-            guard.depth = 12345;
+            guard.depth_key = 12345;
             std::vector<Splat> out(n + 1, guard);
             project_all(records.data(), n, view, tiling, out.data());
             CHECK(std::memcmp(&out[n], &guard, sizeof guard) == 0);

@@ -111,7 +111,7 @@ TEST_CASE("insertion: a new Gaussian projects to the middle of its cell, with ha
             REQUIRE(s.visible());
             CHECK(std::fabs(s.mean_px[0] + camera.cx - 0.5f * (float(column * cell) + x1)) < 1e-4f * x1);
             CHECK(std::fabs(s.mean_px[1] + camera.cy - 0.5f * (float(row * cell) + y1)) < 1e-4f * y1);
-            CHECK(s.depth == doctest::Approx(2.5).epsilon(1e-5));
+            CHECK(s.depth() == doctest::Approx(2.5).epsilon(1e-5));
             CHECK(std::exp(g.log_scale[0]) * camera.fx / 2.5f == doctest::Approx(0.5 * cell).epsilon(1e-5));
             CHECK(g.log_scale[1] == g.log_scale[0]);
             CHECK(g.log_scale[2] == g.log_scale[0]);

@@ -392,7 +392,7 @@ TEST_CASE("pose motion: rows of pixels have the bits of pairs that are blended o
             auto const s = pose::project(g, view, TileSize{48, 32});
             if (s.visible() && splats.size() < n) splats.push_back(s);
         }
-        std::sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) { return a.depth < b.depth; });
+        std::sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) { return a.depth_key < b.depth_key; });
         REQUIRE(splats.size() == n);
         auto const b = blended<4, Stop>(splats, view);
         std::uint32_t different = 0;

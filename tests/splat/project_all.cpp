@@ -37,7 +37,7 @@ std::uint32_t wrong_in_lanes(std::vector<Record> const& records, std::vector<Spl
 {
     auto const n = static_cast<std::uint32_t>(records.size());
     Splat guard{};
-    guard.depth = 12345;
+    guard.depth_key = 12345;
     std::vector<Splat> out(records.size() + 1, guard);
     project_all<Lanes>(records.data(), n, view, tiling, out.data());
     std::uint32_t wrong = std::memcmp(&out[n], &guard, sizeof guard) != 0 ? 1 : 0;
