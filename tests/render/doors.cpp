@@ -250,7 +250,7 @@ TEST_CASE("every renderer refuses grids, tiles and limits that no machine has")
             CHECK_FALSE(refusal([&] { (void)door.make(cloud(), options).render(sound()); }).empty());
         }
     // A tile larger than the frame is one tile; homes have no tiles of a size.
-    CHECK(refusal([] { (void)Renderer(cloud(), {.tile = {most, 1}, .program = Program::homes}); }).find("leave them out") != std::string::npos);
+    CHECK(refusal([] { (void)Renderer(cloud(), {.tile = {most, 1}, .program = Program::homes}); }).find("leave it out") != std::string::npos);
     CHECK_FALSE(refusal([] { (void)Renderer(cloud(), {.tile = {most, 1}, .program = Program::anchored}).render(sound()); }).empty());
     MachineSize const machine{"mk2", 1472, 638976, 0, 6, 0};
     CHECK_FALSE(refusal([&] { (void)render::layout_frame({{most, 1}, {}}, 64, 48, machine, 640, "lossless"); }).empty());

@@ -187,7 +187,7 @@ TEST_CASE("options of the anchored program alone keep auto there, and homes refu
     o = options(0);
     o.program = Program::homes;
     o.hops = 1;
-    CHECK_THROWS_WITH_AS(Renderer(map, o), doctest::Contains("only the anchored program has these"), Error);
+    CHECK_THROWS_WITH_AS(Renderer(map, o), doctest::Contains("with hops (homes have no routing to end"), Error);
 }
 
 TEST_CASE("homes are as many as the map needs; held splats get what is left, or the map comes in chapters")
@@ -302,7 +302,7 @@ TEST_CASE("one program and one engine by values, or a core of one's own: the sam
     drops.holds = false;
     auto of_homes = o;
     of_homes.program = Program::homes;
-    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("only the anchored program has these"), Error);
+    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("with hops (homes have no routing to end"), Error);
 }
 
 TEST_SUITE_END();

@@ -44,7 +44,7 @@ std::vector<std::array<Gaussian, 2>> inverted_pairs(Camera const& camera, std::s
         std::array<Gaussian, 2> pair;
         float const z = random.uniform(1.0f, 8.0f);
         for (std::uint32_t i = 0; i < 2; ++i) {
-            auto& g = pair[i] = support::ball(i, 0, 0, 0.5f * z, 0.99f);
+            auto& g = pair[i] = support::ball(i + 1, 0, 0, 0.5f * z, 0.99f);
             float const x = random.uniform(-0.01f, 0.01f), y = random.uniform(-0.01f, 0.01f);
             for (int k = 0; k < 3; ++k)
                 g.mean_world[k] = camera.position[k] + camera.rotation[2][k] * z + camera.rotation[0][k] * x + camera.rotation[1][k] * y;
@@ -79,7 +79,7 @@ TEST_CASE("depth key: it rises over all depths, through the borders of its zones
     }
     CHECK(key(1 + 0x1p-27) == key(1) + 1); // 28 significant bits
     CHECK(key(1 + 0x1p-29) == key(1));
-    CHECK(key(1 - 0x1p-28) == key(1) - 1);
+    CHECK(key(1 - 0x1p-27) == key(1) - 1); // a half of a step where the float32 is the power of two
     CHECK(key(2048 + 0x1p-12) == key(2048) + 1); // 24
     CHECK(depth_of_key(0) == 0);
 }

@@ -288,7 +288,7 @@ public:
     struct KeyRange {
         std::uint64_t from, to;
     };
-    static constexpr std::uint64_t no_key = ~std::uint64_t{0} >> 1; ///< behind all keys
+    static constexpr std::uint64_t no_key = ~std::uint64_t{0}; ///< behind all keys
     KeyRange range_of(std::vector<std::uint64_t>& keys, std::uint64_t done, std::uint64_t n)
     {
         auto const first = keys.begin() + static_cast<std::ptrdiff_t>(done), last = first + static_cast<std::ptrdiff_t>(n);

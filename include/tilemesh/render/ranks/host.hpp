@@ -251,7 +251,7 @@ public:
     struct KeyRange {
         std::uint64_t from, to;
     };
-    static constexpr std::uint64_t no_key = ~std::uint64_t{0} >> 1; ///< processes compare words below 2^63
+    static constexpr std::uint64_t no_key = ~std::uint64_t{0}; ///< behind all keys
     /// Cost: 128 agreements of one word.
     KeyRange range_of(std::vector<std::uint64_t>& keys, std::uint64_t done, std::uint64_t n)
     {
@@ -325,8 +325,7 @@ private:
             throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
                         "give the same to every rank");
     }
-    /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. A key's depth is finite and not negative, so a key
-    /// is below 2^63. `keys`: those of this process, sorted. Cost: 64 agreements of one word.
+    /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. `keys`: those of this process, sorted. Cost: 64 agreements of one word.
     std::uint64_t nth_of_all(std::vector<std::uint64_t> const& keys, std::uint64_t n)
     {
         std::uint64_t least_key = 0, most_key = no_key; // at most n keys are below least_key, and more than n are up to most_key
