@@ -302,7 +302,7 @@ TEST_CASE("one program and one engine by values, or a core of one's own: the sam
     drops.holds = false;
     auto of_homes = o;
     of_homes.program = Program::homes;
-    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("with hops (homes have no routing to end"), Error);
+    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("with saturation drop (homes drop nothing"), Error);
 }
 
 TEST_SUITE_END();

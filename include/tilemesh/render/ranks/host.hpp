@@ -325,7 +325,8 @@ private:
             throw Error("ranks with different frames (the map, the camera, the model or the options of a rank differ from those of another); "
                         "give the same to every rank");
     }
-    /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. `keys`: those of this process, sorted. Cost: 64 agreements of one word.
+    /// The n-th of the keys of all processes, counted from 0; `no_key` if there are fewer. `keys`: those of this process, sorted. Cost: 64
+    /// agreements of one word.
     std::uint64_t nth_of_all(std::vector<std::uint64_t> const& keys, std::uint64_t n)
     {
         std::uint64_t least_key = 0, most_key = no_key; // at most n keys are below least_key, and more than n are up to most_key
