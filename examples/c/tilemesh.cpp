@@ -122,18 +122,21 @@ struct Settings {
 
 constexpr Word nobody[] = {{"-1", -1}};
 
-/// The row of a field of setups, by its name in JSON.
-template <std::size_t Field>
-constexpr auto json_name = [] {
-    std::array<char, setup_fields[Field].name.size()> name{};
-    std::replace_copy(setup_fields[Field].name.begin(), setup_fields[Field].name.end(), name.begin(), '-', '_');
+/// The name in JSON of a row of a table of fields.
+template <auto& Table, std::size_t Field>
+constexpr auto json_letters = [] {
+    std::array<char, Table[Field].name.size()> name{};
+    std::replace_copy(Table[Field].name.begin(), Table[Field].name.end(), name.begin(), '-', '_');
     return name;
 }();
+template <auto& Table, std::size_t Field>
+constexpr std::string_view json_name{json_letters<Table, Field>.data(), json_letters<Table, Field>.size()};
+/// The row of a field of setups, by its name in JSON.
 template <std::size_t Field, auto... Members>
 constexpr Option<Settings> field()
 {
     auto row = shared::field<Field, Members...>("", {});
-    row.name = {json_name<Field>.data(), json_name<Field>.size()};
+    row.name = json_name<setup_fields, Field>;
     return row;
 }
 /// The row of a field that every program has: its words, and "preset".
@@ -148,7 +151,7 @@ template <std::size_t Field>
 constexpr Option<Settings> policy()
 {
     auto row = shared::listed<Field, &Settings::fields>({});
-    row.name = {json_name<Field>.data(), json_name<Field>.size()};
+    row.name = json_name<setup_fields, Field>;
     row.words = policy_words<Field>;
     row.set = [](Settings& s, shared::OptionValue const& value) {
         auto const name = setup_fields[Field].name;
@@ -191,16 +194,10 @@ constexpr Option<Settings> own_rows[] = {
     option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
     option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
                               "it is the id of a Gaussian, or -1")};
-template <std::size_t Field>
-constexpr auto renderer_name = [] {
-    std::array<char, render::renderer_fields[Field].name.size()> name{};
-    std::replace_copy(render::renderer_fields[Field].name.begin(), render::renderer_fields[Field].name.end(), name.begin(), '-', '_');
-    return name;
-}();
 constexpr auto renderer_rows = []<std::size_t... I>(std::index_sequence<I...>)
 {
     auto rows = shared::rows_of_renderer<&Settings::renderer>();
-    ((rows[I].name = {renderer_name<I>.data(), renderer_name<I>.size()}), ...);
+    ((rows[I].name = json_name<render::renderer_fields, I>), ...);
     for (auto& row : rows) row.least = 0; // 0 stands for the word
     return rows;
 }
@@ -284,8 +281,7 @@ bool check_homes([[maybe_unused]] Settings const& settings, [[maybe_unused]] sce
     auto const only = render::only_anchored(setup_of(settings, map.sh_degree), settings.renderer);
     if (settings.program != "homes") return !only;
     if (only)
-        throw Error("the program homes with " + std::string(only.field) + (only.value.empty() ? "" : " ") + std::string(only.value) + " (" +
-                    std::string(only.why) + "); leave it out, or set program to \"anchored\"");
+        throw Error("the program homes with " + only.text() + "; leave it out, or set program to \"anchored\"");
     auto const choice = homes_of(settings, map.sh_degree);
     auto const options = options_of(settings);
     render::check_limits(choice, options);
@@ -302,8 +298,7 @@ void check(Settings const& settings, scene::Map const& map)
         if (!may_change && settings.program != "homes" && field.get(settings.renderer) != field.get({}) &&
             std::find(std::begin(render::only_homes), std::end(render::only_homes), field.name) != std::end(render::only_homes))
             throw Error("the setting " + std::string(field.name) +
-                        " with the anchored program (only the program of homes has it); leave it out, or set "
-                        "program to \"homes\"");
+                        " with the anchored program (only the program of homes has it); leave it out, or set program to \"homes\"");
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::checked(setup);

@@ -231,8 +231,7 @@ Sized sizes_of(Setting const& s)
                                   s.machine->name + "; explore takes at most " + report::thousands(most_tiles) +
                                   "); give the machine fewer \"columns\" and \"rows\", or all machines a smaller \"grid\"");
         if (auto const only = render::only_anchored(anchored_of(s), {}); s.homes && only)
-            throw tilemesh::Error("homes with " + std::string(only.field) + " " + std::string(only.value) + " (" + std::string(only.why) +
-                                  "); leave it out, or choose preset lossless");
+            throw tilemesh::Error("homes with " + only.text() + "; leave it out, or choose preset lossless");
         try {
             if (s.homes) size_homes(s, out);
             else size_anchored(s, out);

@@ -16,18 +16,18 @@
 #include <tilemesh/splat/access.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/blending_block.hpp>
-#include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/blending_hits.hpp>
 #include <tilemesh/splat/blending_rules.hpp>
-#include <tilemesh/splat/bloom.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/cell_lists.hpp>
-#include <tilemesh/splat/cell_state.hpp>
-#include <tilemesh/splat/cell_tiles.hpp>
-#include <tilemesh/splat/cell_window.hpp>
-#include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/contribution.hpp>
 #include <tilemesh/splat/counts.hpp>
+#include <tilemesh/splat/cell_state.hpp>
+#include <tilemesh/splat/cell_lists.hpp>
+#include <tilemesh/splat/cell_tiles.hpp>
+#include <tilemesh/splat/cell_window.hpp>
+#include <tilemesh/splat/blending_cells.hpp>
+#include <tilemesh/splat/bloom.hpp>
+#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/depth_key.hpp>
 #include <tilemesh/splat/depth_sort.hpp>
 #include <tilemesh/splat/exponential.hpp>
@@ -48,6 +48,7 @@
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
 #include <tilemesh/splat/logarithm.hpp>
+#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/map/cast.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/compare.hpp>
@@ -82,10 +83,9 @@
 #include <tilemesh/splat/references.hpp>
 #include <tilemesh/splat/regions.hpp>
 #include <tilemesh/splat/routing.hpp>
-#include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/search.hpp>
-#include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/setup_types.hpp>
+#include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/target_pixel.hpp>
 #include <tilemesh/splat/view.hpp>
 

@@ -187,8 +187,6 @@ TEST_CASE("a report has every field of the setup that ran, with the rules of the
     CHECK(run.setup.size() == fields);
 }
 
-TEST_SUITE_END();
-
 TEST_CASE("fields of RendererOptions: each row reads back what it wrote, and its default is a word of it")
 {
     for (auto const& field : render::renderer_fields) {
@@ -225,3 +223,5 @@ TEST_CASE("what only the anchored program has is named, with the reason")
     CHECK(name(lossless, options) == "hops");
     CHECK(render::only_anchored(lossless, options).why == "homes have no routing to end; rounds end a frame of homes");
 }
+
+TEST_SUITE_END();

@@ -86,7 +86,8 @@ TEST_CASE("depth key: it rises over all depths, through the borders of its zones
 
 TEST_CASE("depth key: records in lanes have the keys of records one by one, also stiff ones and depths outside the fine zone")
 {
-    auto const camera = support::lens(64, 48, 0.2f);
+    auto camera = support::lens(64, 48, 0.2f);
+    camera.near_depth = 1e-6f;
     auto const view = make_view(camera, {});
     auto const tiling = make_tiling(64, 48, 8, 6);
     for (float const scale : {1e-4f, 1.0f, 1e4f}) {
@@ -105,7 +106,7 @@ TEST_CASE("depth key: records in lanes have the keys of records one by one, also
             auto const exact = key(exact_depth(camera, records[i])); // the sum of two floats may differ in the last bit
             CHECK((one.depth_key == exact || one.depth_key + 1 == exact || one.depth_key == exact + 1));
         }
-        CHECK((scale < 1 || visible > 20));
+        CHECK(visible > 20);
     }
 }
 

@@ -72,8 +72,7 @@ TILEMESH_HOST void Renderer::make(scene::Map map, render::Setup const& setup, Re
     if (setup.program != Program::homes) anchored.program = Program::anchored;
     auto const only = render::only_anchored(setup.program == Program::homes ? splat::lossless : setup, options);
     if (program == Program::homes && only)
-        throw Error("the program of homes with " + std::string(only.field) + (only.value.empty() ? "" : " ") + std::string(only.value) + " (" +
-                    std::string(only.why) + "); leave it out, or choose Program::anchored");
+        throw Error("the program of homes with " + only.text() + "; leave it out, or choose Program::anchored");
     auto const of_homes = homes ? *homes : setup.program == Program::homes ? setup : splat::as_homes(setup);
     if (program == Program::homes) {
         core_ = render::make_core(std::move(map), of_homes, options);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_fields.hpp>
@@ -16,27 +17,17 @@ inline constexpr Word what_fits[] = {{"fits", 0}};
 /// A field of `RendererOptions`: what one run may do, beside the machine and the policies of its setup. Each row is an option of render_map
 /// and a setting of C and Python, without a line of theirs.
 using RendererField = FieldOf<RendererOptions>;
-inline constexpr RendererField renderer_fields[] = {{"hops", {Values::whole, 1, any_number - 1, "exchanges", detail::until_quiet},
-                                                     "end routing, and bloom, of a frame after N exchanges", [](auto& o) -> auto& {return o.hops;
-}} // namespace v0_2::render
-, {"most-passes", {Values::whole, 1, any_number, "passes", detail::no_limit}, "stop with an error if routing, or bloom, needs more than N passes",
-   [](auto& o) -> auto& {return o.most_passes;
-} // namespace tilemesh
-}
-, {"held", {Values::whole, 1, any_number, "slots", detail::what_fits}, "homes: limit the splats that a tile holds",
-   [](auto& o) -> auto& {return o.held_slots;
-}
-}
-, {"rounds", {Values::whole, 1, any_number, "rounds", detail::until_complete}, "homes: end a frame after N rounds, complete or not",
-   [](auto& o) -> auto& {return o.rounds;
-}
-}
-, {"fold", {.words = detail::switches}, "homes: spread each part of the picture over the grid: {}", [](auto& o) -> auto& {return o.fold;
-}
-}
-,
-}
-;
+inline constexpr RendererField renderer_fields[] = {
+    {"hops", {Values::whole, 1, any_number - 1, "exchanges", detail::until_quiet}, "end routing, and bloom, of a frame after N exchanges",
+     [](auto& o) -> auto& { return o.hops; }},
+    {"most-passes", {Values::whole, 1, any_number, "passes", detail::no_limit}, "stop with an error if routing, or bloom, needs more than N passes",
+     [](auto& o) -> auto& { return o.most_passes; }},
+    {"held", {Values::whole, 1, any_number, "slots", detail::what_fits}, "homes: limit the splats that a tile holds; else storage-slots does",
+     [](auto& o) -> auto& { return o.held_slots; }},
+    {"rounds", {Values::whole, 1, any_number, "rounds", detail::until_complete}, "homes: end a frame after N rounds, complete or not",
+     [](auto& o) -> auto& { return o.rounds; }},
+    {"fold", {.words = detail::switches}, "homes: spread each part of the picture over the grid: {}", [](auto& o) -> auto& { return o.fold; }},
+};
 
 /// Fields that only the program of homes has.
 inline constexpr std::string_view only_homes[] = {"rounds", "held", "fold"};
@@ -46,6 +37,11 @@ inline constexpr std::string_view only_homes[] = {"rounds", "held", "fold"};
 struct OnlyAnchored {
     std::string_view field, value, why;
     constexpr explicit operator bool() const noexcept { return !field.empty(); }
+    /// "saturation drop (homes drop nothing)"
+    std::string text() const
+    {
+        return std::string(field).append(value.empty() ? "" : " ").append(value).append(" (").append(why).append(")");
+    }
 };
 constexpr OnlyAnchored only_anchored(splat::Setup const& setup, RendererOptions const& options) noexcept
 {

@@ -6,7 +6,7 @@
 /// The depth of a splat as a word of 32 bits that rises with it: the key of the depth order.
 ///
 /// The bits of a float32 have this order too, but waste it: a third of the wrongly ordered neighbours of a map have one float32, and a sum in
-/// float32 is wrong by several last bits. This word is rounded once, to the nearest, from a depth in two floats. It has 28 significant bits
+/// float32 is wrong by several last bits. This word is rounded once from a depth in two floats. It has 28 significant bits
 /// where depths of maps are, in 16 binades from 2^-6 to 2^10 (16 mm to 1 km in a map in metres), and the 24 of a float32 elsewhere:
 ///
 ///     below 2^-6         the bits of the float32
@@ -23,11 +23,6 @@ namespace detail {
 inline constexpr float fine_from = 0x1p-6f, fine_to = 0x1p10f;
 inline constexpr std::int32_t bits_of_fine_from = 0x3c800000, bits_of_fine_to = 0x44800000;
 inline constexpr std::uint32_t first_fine_key = 0x40000000u, first_far_key = 0xc0000000u;
-
-template <class A>
-struct Vector3 {
-    typename A::Real x, y, z;
-};
 
 /// What a rounded sum of a and b lacks, exactly (Knuth 1969).
 template <class Real>

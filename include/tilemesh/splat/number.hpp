@@ -15,6 +15,11 @@ TILEMESH_EXACT_BEGIN
 #pragma GCC diagnostic ignored "-Wpsabi" // the functions are always inlined, so it does not matter how a wide vector is passed
 namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 
+template <class A>
+struct Vector3 {
+    typename A::Real x, y, z;
+};
+
 /// One float.
 struct OneFloat {
     using Real = float;
