@@ -110,7 +110,7 @@ private:
         auto frontier = window.done() ? window.frontier_depth : window.lo_depth;
         if (frontier == homes::infinite_depth) frontier = was.farthest;
         // A chapter's last window has no end, so that its farthest splat may be nearer than the frontier of a round before.
-        tiles[t].frontier = std::max(tiles[t].frontier, __builtin_bit_cast(float, frontier));
+        tiles[t].frontier = std::max(tiles[t].frontier, tilemesh::splat::depth_of_key(frontier));
         rounds.push_back({round, chapter, t, was.held, counts.refused - was.refused, tiles[t].frontier, window.done()});
         was.rounds = counts.rounds;
         was.refused = counts.refused;

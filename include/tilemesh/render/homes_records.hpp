@@ -120,7 +120,7 @@ private:
 
     Records table_;
     std::vector<std::uint32_t> rows_;
-    std::vector<std::uint32_t> depths_; ///< bits, by rows; 0 if the record is not in front of the camera
+    std::vector<std::uint32_t> depths_; ///< keys, by rows; 0 if the record is not in front of the camera
 };
 
 }}} // namespace tilemesh::render
