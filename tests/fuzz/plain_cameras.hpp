@@ -176,7 +176,7 @@ private:
                 unread_of_file.insert(item.key());
         for (auto const& frame : file["frames"]) {
             if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};
-            if (frame.contains("mask_path") && !text_of(frame, "mask_path")) return {};
+            if (frame.contains("mask_path") && !frame["mask_path"].is_null() && !text_of(frame, "mask_path")) return {};
             for (auto const& item : frame.items())
                 if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
             auto const value = [&](std::string const& key) -> nlohmann::json const* {

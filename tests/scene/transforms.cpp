@@ -242,6 +242,9 @@ TEST_CASE("masks and the lists of views are read; a frame of no list is left out
     auto const cameras = read(file_of({frame("a"), masked}).dump());
     CHECK(cameras[0].mask.empty());
     CHECK(cameras[1].mask == "masks/b.png");
+    masked["mask_path"] = nullptr;
+    CHECK(read(file_of({masked}).dump())[0].mask.empty());
+    CHECK(has(refusal_of_second([](json& f) { f["mask_path"] = json{{"a", nullptr}}; }), "\"mask_path\" is not a string"));
     CHECK(has(refusal_of_second([](json& f) { f["mask_path"] = 3; }), "\"mask_path\" is not a string"));
 }
 

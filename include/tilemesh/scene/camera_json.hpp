@@ -94,8 +94,8 @@ inline std::filesystem::path found_cameras(std::filesystem::path const& path)
 /// - the transforms.json of nerfstudio, instant-ngp and Blender's NeRF scenes: `frames[]`, each with file_path and `transform_matrix` (4x4,
 ///   row-major, camera to world; the camera looks along -z, with y up). The lens stands in the frame or beside `frames`: w, h, fl_x, fl_y
 ///   (default fl_x), cx, cy (default the middle), or the fields of view camera_angle_x and camera_angle_y, in radians. Blender's files have
-///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. `mask` is mask_path, and `split` follows from the
-///   lists train_filenames, test_filenames and val_filenames. The camera's name is
+///   no w and h: `size_of(file_path)`, if it is given, says the size of the picture. `mask` is mask_path (null: none), and `split`
+///   follows from the lists train_filenames, test_filenames and val_filenames. The camera's name is
 ///   file_path without a leading "./" and with "/" for "\\", there is no scene, and near is 0.2. The world is that of the file; `applied_transform`
 ///   is not undone.
 ///

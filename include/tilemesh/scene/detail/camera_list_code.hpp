@@ -317,8 +317,9 @@ TILEMESH_HOST void CameraJson::read_frames()
         while (json_.next() == JsonPart::key) {
             auto const key = json_.text();
             if (key == "file_path") json_.read(path);
-            else if (key == "mask_path") json_.read(mask);
-            else if (key == "transform_matrix") json_.read_matrix<4>(matrix, "not a 4x4 matrix");
+            else if (key == "mask_path") {
+                if (json_.read(mask) == JsonPart::other && json_.text() == "null") mask = {}; // no mask
+            } else if (key == "transform_matrix") json_.read_matrix<4>(matrix, "not a 4x4 matrix");
             else if (!read_lens(lens)) {
                 if (place_of(key, beside_camera_keys) == std::size(beside_camera_keys)) unread_of_frames_.see(key, number);
                 json_.skip(json_.next());

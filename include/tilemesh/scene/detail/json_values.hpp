@@ -27,7 +27,7 @@ public:
     /// of their own (OPENCV) name a pinhole too. `model` gets a camera model that is no perspective.
     TILEMESH_HOST bool read_distortion(std::string& model, bool* named = nullptr);
     TILEMESH_HOST void read(CameraField<double>& field);
-    TILEMESH_HOST void read(CameraField<std::string>& field);
+    TILEMESH_HOST JsonPart read(CameraField<std::string>& field); ///< what it began with
     /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.
     TILEMESH_HOST void read_id(CameraField<std::string>& id);
     template <std::size_t N>

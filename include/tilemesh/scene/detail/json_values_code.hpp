@@ -37,13 +37,14 @@ TILEMESH_HOST void JsonValues::read(CameraField<double>& field)
     field.fault = read_number(next(), field.value);
 }
 
-TILEMESH_HOST void JsonValues::read(CameraField<std::string>& field)
+TILEMESH_HOST JsonPart JsonValues::read(CameraField<std::string>& field)
 {
     JsonPart const part = next();
     field.there = true;
     field.fault = part != JsonPart::text ? "not a string" : !is_plain(text()) ? "not one line of text" : nullptr;
     if (field.fault == nullptr) field.value = text();
     else skip(part);
+    return part;
 }
 
 TILEMESH_HOST void JsonValues::read_id(CameraField<std::string>& id)
