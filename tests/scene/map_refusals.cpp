@@ -173,6 +173,37 @@ TEST_CASE("SPZ: headers and tables that lie are refused before memory is set asi
     CHECK(has(refusal(v4.substr(0, 20)), "it ends inside its header"));
 }
 
+#if defined(TILEMESH_HAS_ZLIB) && defined(TILEMESH_HAS_WEBP)
+TEST_CASE("SOG: a lossy picture is refused by its name, alone and in a container with other chunks; a lossless one is read from both")
+{
+    Numbers numbers(11);
+    auto const packing = real_packing();
+    auto const files = PackedSog::random(100, 2, 1, numbers).files(packing);
+    auto const with = [&](std::string const& name, Bytes const& content) {
+        auto other = files;
+        other[name] = content;
+        std::istringstream stream(write_zip(other, packing, false));
+        return error_of([&] { tilemesh::scene::read_map(stream, "test.sog", packing.codecs); });
+    };
+    Bytes const pixels(4 * 12 * 12, '\x55');
+    std::uint8_t* data = nullptr;
+    auto const size = WebPEncodeRGBA(reinterpret_cast<std::uint8_t const*>(pixels.data()), 12, 12, 48, 90.0f, &data);
+    Bytes const lossy(reinterpret_cast<char const*>(data), size);
+    WebPFree(data);
+    auto const contained = [](Bytes const& picture) { // "VP8X", flags of an EXIF chunk, the sides less one; then an EXIF chunk of odd length
+        Bytes const head("VP8X\x0a\0\0\0\x08\0\0\0\x0b\0\0\x0b\0\0", 18), exif("EXIF\x03\0\0\0abc\0", 12);
+        Bytes out = "RIFF";
+        put_little(out, 4 + head.size() + picture.size() - 12 + exif.size(), 4);
+        return out + "WEBP" + head + picture.substr(12) + exif;
+    };
+    auto const& lossless = files.at("sh0.webp");
+    for (auto const* name : {"means_l.webp", "sh0.webp", "shN_labels.webp"})
+        for (Bytes const& picture : {lossy, contained(lossy)}) CHECK(has(with(name, picture), std::string("\"") + name + "\": it is a lossy WebP"));
+    CHECK(with("sh0.webp", lossless) == "");
+    CHECK(with("sh0.webp", contained(lossless)) == "");
+}
+#endif
+
 TEST_CASE("SOG: archives, lists and pictures that lie are refused")
 {
     Numbers numbers(10);

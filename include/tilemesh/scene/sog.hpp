@@ -23,8 +23,8 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// The axes are those of the PLY that the file was made from: the format turns nothing.
 ///
 /// Rows are rejected, counted and named as by `read_ply`; a rotation whose alpha names no component is rejected too. Throws `Error` for
-/// another kind of file, another version, a missing entry, pictures of other sizes than the number of Gaussians needs, a label beyond the
-/// palette, damaged content, a missing decoder, and for more than 65,536 rows plus one a byte of the file.
+/// another kind of file, another version, a missing entry, lossy pictures, pictures of other sizes than the number of Gaussians needs, a label
+/// beyond the palette, damaged content, a missing decoder, and for more than 65,536 rows plus one a byte of the file.
 ///
 /// Cost: 60 bytes a Gaussian (96, 156 or 240 with harmonics), the file, and about 24 bytes a Gaussian for the decoded pictures. The length
 /// of the file bounds the memory, not its header.

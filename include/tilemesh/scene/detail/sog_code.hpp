@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
+#include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/packed_input.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
@@ -37,6 +39,18 @@ struct SogPicture {
     unsigned char const* pixel(std::size_t i) const { return rgba.data() + 4 * i; }
 };
 
+/// Is a WebP lossy? Its pixels are in a chunk "VP8 ", lossless ones in "VP8L"; a chunk is 4 letters, its length and its bytes, padded to an even
+/// number (WebP container specification).
+inline bool is_lossy_webp(Bytes const& in)
+{
+    auto const is = [&](std::uint64_t at, char const* letters) { return at + 8 <= in.size() && std::equal(letters, letters + 4, in.data() + at); };
+    if (!is(0, "RIFF")) return false;
+    for (std::uint64_t at = 12; at + 8 <= in.size() && !is(at, "VP8L");
+         at += 8 + (std::uint64_t{number_at<std::uint32_t>(in.data() + at + 4)} + 1) / 2 * 2)
+        if (is(at, "VP8 ")) return true;
+    return false;
+}
+
 /// Decodes a picture that has at least `least` and at most `most` pixels. Throws `Error` for any other.
 inline SogPicture decode_picture(Bytes const& in, std::uint64_t least, std::uint64_t most, Codecs const& codecs, std::string const& picture,
                                  std::string const& file)
@@ -50,6 +64,7 @@ inline SogPicture decode_picture(Bytes const& in, std::uint64_t least, std::uint
     if (pixels < least || pixels > most)
         refuse(std::to_string(out.size.width) + " x " + std::to_string(out.size.height) + " pixels, " + std::to_string(least) + " to " +
                std::to_string(most) + " are expected");
+    if (is_lossy_webp(in)) refuse("it is a lossy WebP, which changes the values; SOG needs lossless ones");
     out.rgba.resize(static_cast<std::size_t>(4 * pixels));
     if (!codecs.webp_read(in, out.rgba)) refuse("it is damaged");
     return out;
