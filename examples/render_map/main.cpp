@@ -244,7 +244,10 @@ int run(Options options)
     progress.say("loading the map");
     // Over several processes, each has its part of the rows, and `map` has none.
     bool const in_parts = render_map::ranks::number() > 1;
-    auto map = in_parts ? render_map::ranks::load(options, [&] { return shared::load_maps(options.maps, {}); }) : shared::load_maps(options.maps, options);
+    shared::MapInput whole; // a part is turned and reduced later
+    whole.antialias = options.antialias;
+    auto map = in_parts ? render_map::ranks::load(options, [&] { return shared::load_maps(options.maps, whole); })
+                        : shared::load_maps(options.maps, options);
     auto const gaussians = in_parts ? render_map::ranks::gaussians() : map.gaussians.size();
     require_gaussians(map, gaussians);
     require_followed(options, map);

@@ -31,7 +31,9 @@ scene::Map load_maps(std::vector<fs::path> const& paths, MapInput const& in)
     if (paths.empty()) return turned(scene::built_in_map(), in);
     std::vector<scene::Map> maps;
     for (auto const& path : paths) maps.push_back(scene::load_map(path, codecs(), scene::FarMeans::moved));
-    return turned(scene::join_maps(std::move(maps)), in);
+    auto map = scene::join_maps(std::move(maps));
+    if (in.antialias) std::erase_if(map.notes, [](auto const& note) { return note.ends_with(scene::antialiased_note); });
+    return turned(std::move(map), in);
 }
 
 scene::Map at_degree(scene::Map map, MapInput const& in, std::vector<std::string>& notes)

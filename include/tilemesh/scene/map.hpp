@@ -27,9 +27,7 @@ struct Map {
     std::array<double, 3> origin{}; ///< in the file's coordinates, the point that `gaussians` have at 0; (0, 0, 0) unless a reader moved the means
 };
 
-namespace detail {
 /// The note of every reader whose file says that the map was trained with anti-aliasing.
 inline constexpr char const* antialiased_note = "trained with anti-aliasing; --antialias (splat::Coverage::preserved) applies it";
-} // namespace detail
 
 }}} // namespace tilemesh::scene
