@@ -80,9 +80,10 @@ TEST_CASE("a report's text")
                         "    bloom       7          3     2.50\n"
                         "composite       8          4     3.50\n"
                         "  picture       0          0     0.75\n"
+                        "    other       0          0   999.75\n"
                         "    frame   1,026      1,010  1008.50\n" + lines);
     CHECK(lines.find("\nmissing: 5 records and copies (1 unplaced, 1 storage_full, 3 late)\ncopies: 31 on tiles, 32 lost, 33 late\nexchanged: ") != lines.npos);
-    CHECK(lines.find(", 18,446,744,073,709,551,615 bytes of capacity\n") != lines.npos);
+    CHECK(lines.find(", 18,446,744,073,709,551,615 bytes if each exchange moved all channels whole\n") != lines.npos);
     for (auto const& field : report::report_fields)
         if (!field.line.empty() && field.line != "homes")
             CHECK(lines.find(" " + report::thousands(field.count(r)) + " " + std::string(field.phrase)) != lines.npos);

@@ -256,9 +256,9 @@ inline constexpr ReportField report_fields[] = {
      [](auto& r) -> auto& { return r.hops; }, &splat::Counts::hops, &splat::homes::Counts::hops},
     {"messages", "messages", "exchanged", "messages", "Messages of routing and bloom together.",
      [](auto& r) -> auto& { return r.messages; }},
-    {"exchanged_bytes.live", "bytes", "exchanged", "bytes live", "Bytes of these messages, without the 8-byte heads of channel ends.",
+    {"exchanged_bytes.live", "bytes", "exchanged", "bytes in them", "Bytes of these messages, without the 8-byte heads of channel ends.",
      [](auto& r) -> auto& { return r.exchanged_live_bytes; }},
-    {"exchanged_bytes.capacity", "bytes", "exchanged", "bytes of capacity",
+    {"exchanged_bytes.capacity", "bytes", "exchanged", "bytes if each exchange moved all channels whole",
      "Bytes that compile-time exchanges move instead: in each exchange that carries something, the capacity of every channel and its 8-byte heads.",
      [](auto& r) -> auto& { return r.exchanged_capacity_bytes; }},
 
