@@ -89,6 +89,10 @@ void find_photographs(Options const& options, std::vector<std::string> const& na
     if (found == 0)
         throw Error("--photos " + shared::one_line(options.photos->string()) + " has no photograph of these cameras (the first is \"" +
                     shared::one_line(shots.front().picture, 200) + "\"); name the folder that has it");
+    std::vector<fs::path> pictures;
+    for (auto const& of : photographs)
+        if (of.found()) pictures.push_back(of.path);
+    shared::add_alpha_note(pictures, shared::shows_background, notes);
     if (masks != 0) notes.push_back(shared::mask_note(masks, shots.size()));
 }
 

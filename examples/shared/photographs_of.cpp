@@ -133,6 +133,12 @@ std::string mask_note(std::size_t masks, std::size_t pictures)
     return std::to_string(masks) + " of " + std::to_string(pictures) + " pictures have masks: only what is white in a mask counts";
 }
 
+void add_alpha_note(std::vector<fs::path> const& pictures, char const* meaning, std::vector<std::string>& notes)
+{
+    if (auto const n = std::count_if(pictures.begin(), pictures.end(), has_transparency); n != 0)
+        notes.push_back(std::to_string(n) + " of " + std::to_string(pictures.size()) + " pictures have an alpha channel: " + meaning);
+}
+
 void apply_mask(tilemesh::report::Image& picture, fs::path const& mask)
 {
     if (mask.empty()) return;

@@ -76,8 +76,8 @@ File open_picture(fs::path const& path)
     return file;
 }
 
-/// Has a PNG without an alpha channel a transparent colour? Its tRNS chunk stands before the first IDAT. The decoder's own question about
-/// channels does not look for it. A chunk: its length, 4 letters, its bytes, a checksum (PNG specification, sections 5.3 and 11.3.2.1).
+/// Has a PNG a transparent colour? Its tRNS chunk stands before the first IDAT. The decoder's own question about channels does not look for
+/// it. A chunk: its length, 4 letters, its bytes, a checksum (PNG specification, sections 5.3 and 11.3.2.1).
 bool has_colour_key(std::vector<unsigned char> const& bytes)
 {
     auto const is = [&](std::size_t at, std::string_view name) {
@@ -124,6 +124,18 @@ tilemesh::scene::Size picture_size(fs::path const& path)
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
+bool has_transparency(fs::path const& path)
+{
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) return false;
+    File const file(std::fopen(path.c_str(), "rb"), std::fclose);
+    std::vector<unsigned char> begin(std::size_t{1} << 16);
+    begin.resize(file ? std::fread(begin.data(), 1, begin.size(), file.get()) : 0);
+    // Bit 2 of the kind of colour is set for an alpha channel (PNG specification, 11.2.1).
+    return begin.size() > 25 && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG" &&
+           ((begin[25] & 4u) != 0 || has_colour_key(begin));
+}
+
 tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background)
 {
     auto const fail = [&](std::string const& why) {
@@ -158,7 +170,8 @@ tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size
         for (std::size_t i = 0; i < pixels; ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 float const cover = transparent ? static_cast<float>(levels[kept * i + 3]) / highest : 1.0f;
-                image.rgb[3 * i + c] = static_cast<float>(levels[kept * i + c]) / highest * cover + (1.0f - cover) * background[c];
+                image.rgb[3 * i + c] =
+                    static_cast<float>(levels[kept * i + c]) / highest * cover + (cover < 1.0f ? (1.0f - cover) * background[c] : 0.0f);
             }
         return image;
     };

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <filesystem>
+#include <limits>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/pose.hpp>
 
@@ -9,6 +10,13 @@ namespace shared {
 /// The size of a PNG or JPEG picture, from its header. Throws `tilemesh::Error` for a file that cannot be read, that is no regular file, or
 /// that is no such picture, and for a header that is damaged (`header_damage`).
 tilemesh::scene::Size picture_size(std::filesystem::path const& path);
+
+/// May pixels of a picture be transparent? Its header says so. False for a file that cannot be read.
+bool has_transparency(std::filesystem::path const& path);
+
+/// The background of pictures that have none: a pixel that is not opaque becomes NaN, which is not known.
+inline constexpr std::array<float, 3> no_background{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
+                                                    std::numeric_limits<float>::quiet_NaN()};
 
 /// Decodes a PNG or JPEG picture of this size. Its levels become values from 0 to 1; grey becomes three equal channels; transparency shows
 /// the background. Throws `tilemesh::Error` as `picture_size` does, and for a picture that has another size, is damaged (`picture_damage`)

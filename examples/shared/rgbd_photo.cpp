@@ -1,6 +1,7 @@
 #include "rgbd_photo.hpp"
 #include "photographs_of.hpp"
 #include "picture_input.hpp"
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -52,7 +53,9 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
                         ", and a depth has its picture's size); give pictures of one size");
     };
     require_size(frame.colour.file);
-    RgbdPhoto out{read_picture(frame.colour.file, size, {}), {}};
+    RgbdPhoto out{read_picture(frame.colour.file, size, no_background), {}};
+    if (std::all_of(out.colour.rgb.begin(), out.colour.rgb.end(), [](float value) { return std::isnan(value); }))
+        throw Error(frame.colour.file.string() + " shows nothing (no pixel of it is opaque); write it without an alpha channel");
     apply_mask(out.colour, frame.mask);
     if (frame.depth.file.empty()) return out;
     require_size(frame.depth.file);

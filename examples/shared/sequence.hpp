@@ -1,5 +1,6 @@
 #pragma once
 #include "camera_path.hpp"
+#include "photographs_of.hpp"
 #include "rgbd_photo.hpp"
 #include "sequence_options.hpp"
 #include <algorithm>
@@ -96,6 +97,9 @@ inline std::vector<scene::RgbdFrame> recording_of(SequenceOptions const& o, std:
     std::vector<std::string> of_list;
     auto list = scene::load_rgbd(*o.photos, o.depth ? std::optional(o.depth_within) : std::nullopt, &of_list);
     add_notes(notes, *o.photos, of_list);
+    std::vector<std::filesystem::path> pictures;
+    for (auto const& frame : list) pictures.push_back(frame.colour.file);
+    add_alpha_note(pictures, "a pixel that is not opaque is not known", notes);
     return list;
 }
 
