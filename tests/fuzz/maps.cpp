@@ -1,24 +1,69 @@
+#include "../scene/map_writers.hpp"
 #include "../scene/plain_codecs.hpp"
 #include "plain_maps.hpp"
 #include "require.hpp"
 #include "same_map.hpp"
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <sstream>
 #include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/map_file.hpp>
+#include <utility>
+
+namespace {
+
+constexpr char const *pictures = "pictures of an SOG map", *sog_maps = "whole SOG maps", *spz_maps = "whole SPZ maps";
+[[maybe_unused]] bool const named = (reached = {{pictures, 0}, {sog_maps, 0}, {spz_maps, 0}}, true);
+bool decoded = false; ///< a picture of this input
+
+/// The stand-ins, and a count of the inputs that have a picture to decode: their archive and meta.json are whole.
+tilemesh::scene::Codecs counting_codecs()
+{
+    auto codecs = scene_test::plain_codecs<false>();
+    codecs.webp_read = +[](std::span<unsigned char const> in, std::span<unsigned char> rgba) {
+        if (!std::exchange(decoded, true)) ++reached[pictures];
+        return scene_test::plain_codecs<false>().webp_read(in, rgba);
+    };
+    return codecs;
+}
+
+/// An archive with a meta.json, which ends at the first line break, and the pictures of two Gaussians. The bytes behind that line break change
+/// those of the pictures.
+std::string archive_of(std::string const& text)
+{
+    scene_test::Numbers numbers(1);
+    scene_test::Packing packing;
+    packing.codecs = scene_test::plain_codecs<false>();
+    auto files = scene_test::PackedSog::random(2, 2, 1, numbers).files(packing);
+    std::size_t at = std::min(text.find('\n'), text.size());
+    files["meta.json"] = text.substr(0, at);
+    for (auto& [name, content] : files)
+        for (std::size_t i = 0; name != "meta.json" && i < content.size() && ++at < text.size(); ++i) content[i] = static_cast<char>(content[i] ^ text[at]);
+    return scene_test::write_zip(files, packing, false);
+}
+
+} // namespace
 
 // Any bytes are a map that keeps the readers' promises, or give an Error of one line. The formats are .splat, SPZ, SOG and, less often, PLY.
-// The decoders are stand-ins that decompress nothing and check nothing: so inputs reach what lies behind them.
+// The decoders are stand-ins that decompress nothing and check nothing: so inputs reach what lies behind them. An input that begins with "{" becomes
+// an SOG archive (`archive_of`): there a mutation may change lengths, which the directory of an archive does not survive.
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     namespace scene = tilemesh::scene;
-    std::string const bytes(reinterpret_cast<char const*>(data), size);
+    decoded = false;
+    std::string bytes(reinterpret_cast<char const*>(data), size);
+    if (bytes.starts_with("{")) {
+        bytes = archive_of(bytes);
+        size = bytes.size();
+    }
     std::istringstream stream(bytes);
     try {
-        scene::Map const map = scene::read_map(stream, "fuzz.splat", scene_test::plain_codecs<false>());
+        scene::Map const map = scene::read_map(stream, "fuzz.splat", counting_codecs());
         require(map.gaussians.size() + map.rejected <= size + 65536, "rows are bounded by the length of the file");
         require(map.gaussians.capacity() <= size + 65536, "memory is bounded by the length of the file");
         bool const headless = !bytes.starts_with("ply") && !bytes.starts_with("PK") && !bytes.starts_with("NGSP") && !bytes.starts_with("\x1f\x8b");
@@ -46,6 +91,8 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         require(finite, "numbers are finite");
         require(last <= map.gaussians.size() + map.rejected, "ids are rows");
         if (map.notes.empty()) return 0;
+        if (map.notes[0].starts_with("read as SOG")) ++reached[sog_maps];
+        if (map.notes[0].starts_with("read as SPZ")) ++reached[spz_maps];
         if (auto const expected = plain::compressed(bytes, map.notes[0])) require_same(map, *expected);
         else require(map.notes[0].find("read as ") != 0 || (map.notes[0].find("read as SOG") == 0 && plain::has_a_key_twice(bytes)),
                      "every format has a plain reader, which reads what the library reads");

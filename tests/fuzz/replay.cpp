@@ -1,3 +1,4 @@
+#include "require.hpp"
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -61,7 +62,7 @@ std::string mutated(std::string text, std::vector<std::string> const& files, Dic
 } // namespace
 
 /// Gives every file of the given folders, in the order of their names, to the fuzz target. With "--mutated N" it also gives N mutations of
-/// these files, the same in every run. Fails if there is no file: a missing corpus tests nothing.
+/// these files, the same in every run. Fails if there is no file: a missing corpus tests nothing; and if no mutation got to what is `reached`.
 int main(int count, char** arguments)
 {
     std::vector<std::filesystem::path> paths;
@@ -89,6 +90,7 @@ int main(int count, char** arguments)
     }
     std::printf("%zu inputs\n", files.size());
     if (files.empty()) return 1;
+    for (auto& [what, inputs] : reached) inputs = 0;
     Dice dice;
     for (unsigned long i = 0; i < mutants; ++i) {
         std::string const text = mutated(files[dice.below(files.size())], files, dice);
@@ -96,5 +98,10 @@ int main(int count, char** arguments)
         feed(text);
     }
     std::printf("%lu mutated inputs\n", mutants);
-    return 0;
+    bool all = true;
+    for (auto const& [what, inputs] : reached) {
+        std::printf("%s: reached by %lu of them\n", what.c_str(), inputs);
+        all = all && (mutants == 0 || inputs > 0);
+    }
+    return all ? 0 : 1;
 }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <string>
 #include <string_view>
 
 /// A condition that holds for every input. A fuzzer reports an abort as a finding.
@@ -24,3 +26,6 @@ inline void require_error(std::string_view text)
     require(text.find(" (") != text.npos && text.find("); ") != text.npos, "an error has a problem, a reason and an advice");
     require(is_one_line(text), "an error is one line");
 }
+
+/// What lies behind other readers, and how many inputs got there. A fuzzer names it with 0; replay.cpp fails if no mutated input got there.
+inline std::map<std::string, unsigned long> reached;
