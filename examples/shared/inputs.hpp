@@ -28,7 +28,8 @@ struct MapInput {
     tilemesh::splat::Coverage coverage() const { return antialias ? tilemesh::splat::Coverage::preserved : tilemesh::splat::Coverage::of_record; }
 };
 
-/// Loads the maps, joined and turned; without a path, the built-in one. With `antialias`, no note advises it. Far means are moved (`scene::FarMeans::moved`).
+/// Loads the maps, joined and turned; without a path, the built-in one. Far means are moved (`scene::FarMeans::moved`). With `antialias`,
+/// no note advises it.
 tilemesh::scene::Map load_maps(std::vector<std::filesystem::path> const& paths, MapInput const& in);
 tilemesh::scene::Map turned(tilemesh::scene::Map map, MapInput const& in);
 /// Drops the degrees above --sh-degree. A note says so.
