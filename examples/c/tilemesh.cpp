@@ -56,6 +56,7 @@
 #    include <tilemesh/render/homes_renderer.hpp>
 #    include <tilemesh/scene/camera_json.hpp>
 #    include <tilemesh/scene/named_camera.hpp>
+#    include <tilemesh/track/depth_misfit.hpp>
 #    include <tilemesh/track/pose_evaluator.hpp>
 #    include <tilemesh/track/tracker.hpp>
 #endif
@@ -449,7 +450,11 @@ public:
         if (with_depth_) {
             target.depth = report::Plane(size_.width, size_.height);
             std::copy(depth, depth + all, target.depth.values.begin());
+            // The first picture's view is about that of the first camera.
+            if (auto const misfit = tilemesh::track::depth_misfit(target.depth, scale_, 10.0); is_first_ && !misfit.empty())
+                throw Error("a depth that is not that of the map (" + misfit + "); give depths in units of the map, with their bytes in order");
         }
+        is_first_ = false;
         evaluate_.set_target(std::move(target));
         auto const f = tracker_.track_at(evaluate_, seconds);
         auto const numbers = numbers_of(f.pose, origin);
@@ -485,7 +490,7 @@ private:
     }
 
     scene::Size size_;
-    bool with_depth_;
+    bool with_depth_, is_first_ = true;
     scene::Intrinsics lens_;
     double scale_;
     tilemesh::track::PoseEvaluator evaluate_;

@@ -329,7 +329,7 @@ private:
         auto out = std::make_shared<Subject>();
         scene::Size const size{size_.width, size_.height};
         bool const built_in = map == "built-in";
-        std::vector<std::string> notes; // the page has no place for them
+        std::vector<std::string> notes;
         std::vector<fs::path> maps;
         if (!built_in) maps.push_back(file(map));
         out->map = shared::at_degree(shared::load_maps(maps, view), view, notes);
@@ -351,6 +351,11 @@ private:
         }
         if (frames_ > 1) out->view += ", " + std::to_string(frames_) + " frames around the map's middle";
         out->name = !name.empty() ? name : built_in ? map : out->map.name;
+        notes.insert(notes.begin(), out->map.notes.begin(), out->map.notes.end());
+        for (auto const& note : notes)
+            if (auto text = "map " + shared::one_line(out->name, 60) + ": " + shared::one_line(note);
+                std::find(study_.notes.begin(), study_.notes.end(), text) == study_.notes.end())
+                study_.notes.push_back(std::move(text));
         out->views = scene::orbit(first, scene::robust_centre(out->map), degrees_, frames_);
         out->key = (built_in ? map : shared::sha256(text_of(file(map)))) + " " + std::to_string(size.width) + " " + std::to_string(size.height) + " " +
                    std::to_string(frames_) + " " + std::to_string(degrees_) + " " + view.camera + " " + cameras_digest + view.words;

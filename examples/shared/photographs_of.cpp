@@ -86,6 +86,7 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
     std::stable_sort(candidates.begin(), candidates.end(), [](auto const& a, auto const& b) { return a.key < b.key; });
 
     std::map<fs::path, std::string const*> owners;
+    std::error_code ignored;
     for (auto begin = candidates.begin(); begin != candidates.end();) {
         auto const end = std::find_if(begin, candidates.end(), [&](auto const& each) { return each.key != begin->key; });
         std::map<fs::path, std::set<std::string>> claims; // equally good ones, of files that nobody owns
@@ -99,7 +100,12 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
         for (auto const& [file, claimants] : claims)
             for (auto const& name : claimants) {
                 auto const& key = found.find(name)->first;
-                if (found[name].found()) continue; // it has another file of the same key
+                if (found[name].found()) { // a file of the same key; .png and .PNG may be one file
+                    if (claimants.size() > 1 || fs::equivalent(found[name].path, file, ignored)) continue;
+                    throw Error(one_line(folder.string()) + " has two photographs of \"" + one_line(name, 200) + "\" (" +
+                                one_line(found[name].path.filename().string()) + " and " + one_line(file.filename().string()) +
+                                ", and nothing says which); take one of them away, or name cameras with the extension");
+                }
                 found[name] = {file, claimants.size() == 1 ? std::vector<std::string>{} : std::vector{*claimants.begin(), *claimants.rbegin()}};
                 owners.emplace(file, &key);
             }
@@ -107,6 +113,22 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
     }
     std::vector<PhotographOf> out;
     for (auto const& name : names) out.push_back(found[name]);
+    return out;
+}
+
+std::vector<std::size_t> cameras_of(std::vector<fs::path> const& pictures, std::vector<std::string> const& names)
+{
+    auto const folder = pictures.front().parent_path();
+    auto const photographs = photographs_of(folder.empty() ? "." : folder, names, names);
+    std::error_code ignored;
+    std::map<fs::path, std::size_t> camera_of;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (photographs[i].found()) camera_of.emplace(fs::weakly_canonical(photographs[i].path, ignored), i);
+    std::vector<std::size_t> out;
+    for (auto const& picture : pictures) {
+        auto const at = camera_of.find(fs::weakly_canonical(picture, ignored));
+        out.push_back(at == camera_of.end() ? names.size() : at->second);
+    }
     return out;
 }
 

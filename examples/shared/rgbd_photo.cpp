@@ -1,4 +1,5 @@
 #include "rgbd_photo.hpp"
+#include "depth_bytes.hpp"
 #include "photographs_of.hpp"
 #include "picture_input.hpp"
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -14,6 +16,7 @@
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
+#include <vector>
 
 namespace shared {
 
@@ -62,10 +65,17 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
     if (!is_grey_of_16_bits(frame.depth.file, or_else))
         throw Error(frame.depth.file.string() + " is no depth (depths are grey PNG files of 16 bits); convert it" + or_else);
     auto const picture = read_picture(frame.depth.file, size, {});
+    std::vector<std::uint16_t> written;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+        written.push_back(static_cast<std::uint16_t>(std::lround(double{picture.rgb[i]} * 65535.0)));
+    if (has_swapped_bytes(written, size.width))
+        throw Error(frame.depth.file.string() +
+                    " has depths whose two bytes are swapped (swapped back, neighbours are near each other); write 16 bits with the "
+                    "high byte first" +
+                    or_else);
     out.depth = report::Plane(size.width, size.height);
-    for (std::size_t i = 0; i < out.depth.values.size(); ++i)
-        out.depth.values[i] =
-            std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(std::round(double{picture.rgb[3 * i]} * 65535.0) / levels);
+    for (std::size_t i = 0; i < written.size(); ++i)
+        out.depth.values[i] = std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(written[i] / levels);
     return out;
 }
 

@@ -24,8 +24,10 @@
 #include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/camera.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/spoil.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -65,6 +67,13 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
     return scene::stretched(camera.camera, size);
 }
 
+/// What a program says of depths whose median is less than half of the map's, or more than twice; empty for other depths.
+inline std::string depth_note(report::Plane const& measured, double of_map)
+{
+    auto const misfit = track::depth_misfit(measured, of_map, 2.0);
+    return misfit.empty() ? misfit : "note: the depths of the first picture do not fit the map (" + misfit + "): check --depth-scale\n";
+}
+
 /// What a program says of the lens that it uses.
 inline std::string lens_line(scene::Intrinsics const& lens)
 {
@@ -73,17 +82,36 @@ inline std::string lens_line(scene::Intrinsics const& lens)
            ", cx " + px(lens.cx) + ", cy " + px(lens.cy) + ", near plane " + px(double{lens.near_depth}) + "\n";
 }
 
-/// The camera of --camera in the pictures' size, and what its file says. Without --cameras, the one that the options place.
+/// The camera of --camera in the pictures' size, and what its file says. Of several, that of the first picture of `list` by its name, or else the
+/// first; a note says which, if others have another lens. Without --cameras, the one that the options place.
 struct FirstCamera {
     tilemesh::splat::Camera camera;
     bool names_near = true;                        ///< the near plane is the file's; or there is no file
     std::vector<std::filesystem::path> sized_by{}; ///< pictures from which `scene::load_cameras` took sizes
 };
-inline FirstCamera first_camera(SequenceOptions const& o, MapShape const& map, scene::Size size, bool built_in, std::vector<std::string>& notes)
+inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::RgbdFrame> const& list, MapShape const& map, scene::Size size,
+                                bool built_in, std::vector<std::string>& notes)
 {
     if (!o.cameras) return {placed_camera(o, map, size, built_in)};
     FirstCamera out{};
-    auto const chosen = load_cameras(o, map, size, notes, out.sized_by).front();
+    auto const cameras = load_cameras(o, map, size, notes, out.sized_by);
+    std::vector<std::string> names;
+    for (auto const& camera : cameras) names.push_back(camera.name);
+    auto const of_picture = list.empty() || cameras.size() == 1 ? std::size_t{0} : cameras_of({list.front().colour.file}, names).front();
+    auto const& chosen = cameras[of_picture < cameras.size() ? of_picture : 0];
+    auto const shape_of_lens = [](scene::NamedCamera const& camera) {
+        auto const& c = camera.camera;
+        return std::tuple{c.width, c.height, c.fx, c.fy, c.cx, c.cy};
+    };
+    auto const others = std::count_if(cameras.begin(), cameras.end(), [&](auto const& each) { return shape_of_lens(each) != shape_of_lens(chosen); });
+    if (of_picture == cameras.size())
+        add_notes(notes, *o.cameras,
+                  {"none of its " + std::to_string(cameras.size()) + " cameras has the name of the first picture: the first one, " +
+                   scene::label(chosen) + ", gives lens and pose"});
+    if (others != 0)
+        add_notes(notes, *o.cameras,
+                  {std::to_string(others) + " of " + std::to_string(cameras.size()) + " cameras have another lens than " + scene::label(chosen) +
+                   ", whose lens all pictures get"});
     out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes)
                           : scene::resized(chosen.camera, size.width, size.height);
     out.names_near = chosen.names_near;
@@ -117,6 +145,17 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& f
                                   std::to_string(rows) + " poses for " + std::to_string(list.size()) +
                                   " pictures); give a pose for each picture, or poses with time stamps");
         add_notes(notes, *o.trajectory, {"it has no time stamps: pose i is taken for that of picture i, in the order of time"});
+    } else if (o.photos) {
+        std::vector<double> times;
+        for (auto const& frame : list) times.push_back(frame.colour.seconds);
+        auto const pose_of = nearest_poses(times, poses, scene::most_seconds_apart).of_picture; // ascends, as the times do
+        std::size_t shared = 0;
+        for (std::size_t k = 1; k < times.size(); ++k)
+            shared += pose_of[k] && pose_of[k - 1] && poses[*pose_of[k]].seconds == poses[*pose_of[k - 1]].seconds ? 1u : 0u;
+        if (shared != 0)
+            add_notes(notes, *o.trajectory,
+                      {std::to_string(shared) + " of " + std::to_string(list.size()) +
+                       " pictures have no pose of their own, but the one of the picture before: errors include the motion between them"});
     }
     return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
 }

@@ -3,8 +3,6 @@
 #include "photographs_of.hpp"
 #include <algorithm>
 #include <cstddef>
-#include <map>
-#include <system_error>
 #include <tilemesh/scene/camera_json.hpp>
 #include <utility>
 
@@ -49,17 +47,13 @@ void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector
         sizes.push_back({camera.camera.width, camera.camera.height});
     }
     if (std::all_of(masks.begin(), masks.end(), [](auto const& mask) { return mask.empty(); })) return;
-    auto const folder = photos.front().colour.file.parent_path();
-    auto const pictures = photographs_of(folder.empty() ? "." : folder, names, names);
-    std::error_code ignored;
-    std::map<std::filesystem::path, std::size_t> camera_of;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        if (!masks[i].empty() && pictures[i].found()) camera_of.emplace(std::filesystem::weakly_canonical(pictures[i].path, ignored), i);
+    std::vector<std::filesystem::path> pictures;
+    for (auto const& frame : photos) pictures.push_back(frame.colour.file);
+    auto const cameras = cameras_of(pictures, names);
     std::size_t found = 0;
-    for (auto& frame : photos) {
-        auto const camera = camera_of.find(std::filesystem::weakly_canonical(frame.colour.file, ignored));
-        if (camera == camera_of.end()) continue;
-        require_mask(frame.mask = masks[camera->second], size, sizes[camera->second]);
+    for (std::size_t k = 0; k < photos.size(); ++k) {
+        if (cameras[k] == names.size() || masks[cameras[k]].empty()) continue;
+        require_mask(photos[k].mask = masks[cameras[k]], size, sizes[cameras[k]]);
         ++found;
     }
     notes.push_back(found != 0 ? mask_note(found, photos.size()) : o.cameras->filename().string() + ": its masks belong to no picture of --photos");

@@ -328,6 +328,10 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     how.most_open = o.most_open;
     how.with_exposure = o.photos || (o.noise > 0.0 && o.gain_drift > 0.0);
     printer.say(shared::lens_line(lens));
+    if (o.photos && o.map)
+        printer.say(shared::depth_note(first.depth, slam::median_depth(slam::Mapper(map, 1, {.threads = o.threads, .coverage = o.coverage()})
+                                                                          .render(scene::make_camera(start, lens))
+                                                                          .depth)));
     slam::Session session(std::move(map), lens, facts.scale, start, how);
 
     Outcome out;
@@ -395,7 +399,7 @@ int run(Options const& o)
         throw Error(o.map->string() + " is not where the map to render is (their origins are apart); take maps of one place");
     if (!o.map) map.origin = world.origin;
     auto const& shown = o.photos ? map : world; // what a near plane may hide
-    auto const first = shared::first_camera(o, shared::shape_of(shown), size, !o.photos && !o.render, notes);
+    auto const first = shared::first_camera(o, list, shared::shape_of(shown), size, !o.photos && !o.render, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);

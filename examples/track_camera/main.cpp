@@ -2,6 +2,7 @@
 #include "../shared/camera_file.hpp"
 #include "../shared/near_note.hpp"
 #include "../shared/output_files.hpp"
+#include "../shared/png.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/report_text.hpp"
@@ -217,7 +218,8 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
     report::Image last;
     auto const write = [&] {
         write_all(o, source, lens, photos ? &*photos : nullptr, out, scale, map.origin, printer);
-        report::write_ppm(o.out / "residual.ppm", report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
+        shared::write_png(o.out / "residual.png",
+                          report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
     shared::Pace const pace(0, count);
@@ -226,6 +228,7 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
             auto seen = source.take(k); // whole, or not at all
             if (photos) photos->write(seen.seconds, seen.colour, seen.depth);
             auto colour = seen.colour;
+            if (k == 0 && o.depth) printer.say(shared::depth_note(seen.depth, scale));
             track_one(o, k, std::move(seen), tracker, evaluate, out, pace, printer);
             last = std::move(colour);
         }
@@ -248,7 +251,7 @@ int run(Options const& o)
     auto list = shared::recording_of(o, notes);
     auto const size = o.photos ? shared::size_of(list.front()) : o.size.value_or(scene::Size{640, 480});
     auto const map = shared::load_map(o.map, o, notes);
-    auto const first = shared::first_camera(o, shared::shape_of(map), size, !o.map, notes);
+    auto const first = shared::first_camera(o, list, shared::shape_of(map), size, !o.map, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
     auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);

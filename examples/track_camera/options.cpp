@@ -26,7 +26,7 @@ OptionTable table_of(Options& o)
                       true);
     table.takes_words("map", 1, [&o](std::string_view word) { o.map = word; });
     add_sequence(table, o, "size in pixels of rendered pictures [640x480]",
-                 "folder for estimated.tum, truth.tum, cameras.json, paths.svg and residual.ppm [.]");
+                 "folder for estimated.tum, truth.tum, cameras.json, paths.svg and residual.png [.]");
     table.add("What comes out", o, outputs);
     table.add("Tracking", o, rows);
     table.add("The host", o, host_rows);

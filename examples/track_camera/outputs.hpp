@@ -8,7 +8,7 @@
 namespace track_camera {
 
 /// The files in the folder of --out, in the order in which they are written.
-inline constexpr char const* out_files[] = {"estimated.tum", "truth.tum", "cameras.json", "paths.svg", "residual.ppm"};
+inline constexpr char const* out_files[] = {"estimated.tum", "truth.tum", "cameras.json", "paths.svg", "residual.png"};
 
 /// The lists in the folder of --save-photos.
 inline constexpr char const* photo_lists[] = {"associations.txt", "groundtruth.txt"};

@@ -12,6 +12,10 @@
 #    error "tilemesh: -ffast-math, or a part of it, breaks the promise of equal bits and of finite pictures; build without it"
 #endif
 
+#if defined(min) || defined(max)
+#    error "tilemesh: min or max is a macro, as <windows.h> makes them; define NOMINMAX before it, or undefine both before the library's headers"
+#endif
+
 /// For views and rules that must be inlined into the tile loop (host) or the vertex (IPU). Do not use it for floating-point arithmetic: see
 /// TILEMESH_EXACT_BEGIN.
 #if defined(__GNUC__) || defined(__clang__)

@@ -106,6 +106,7 @@
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/setup_types.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/normal_equations.hpp>
 #include <tilemesh/track/pose_accuracy.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>

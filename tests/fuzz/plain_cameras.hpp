@@ -163,7 +163,7 @@ private:
         std::vector<Camera> cameras;
         std::set<std::string> names;
         static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
-                                                     "is_fisheye", "equirectangular", "latlong", "orthographic", "colmap_im_id", "depth_file_path",
+                                                     "is_fisheye", "equirectangular", "latlong", "orthographic", "colmap_im_id",
                                                      "mask_path", "sharpness"};
         auto const is_text = [](nlohmann::json const& value) { return value.is_string(); };
         for (auto const& item : file.items())

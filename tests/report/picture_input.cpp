@@ -1,6 +1,7 @@
 // test: optimised, cost 5
 // Pictures from files, as example programs read them: damage is found before a decoder sees it.
 #include "../../examples/shared/checksums.hpp"
+#include "../../examples/shared/depth_bytes.hpp"
 #include "../../examples/shared/picture_check.cpp"
 #include "../standard.hpp"
 #include <tilemesh/report/image.hpp>
@@ -139,6 +140,36 @@ std::string without_segment(std::string const& file, char marker, std::size_t n)
 
 char const* const all_png[] = {own_codes, fixed_codes, stored_blocks, grey_16, colour_key};
 char const* const all_jpeg[] = {baseline, progressive, restarts, progressive_restarts};
+
+TEST_CASE("depths with swapped bytes are found; right, noisy, constant, small and coarse ones are none")
+{
+    constexpr std::size_t width = 64, height = 48;
+    unsigned state = 1;
+    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    auto const is_swapped = [&](auto const& level) {
+        std::vector<std::uint16_t> right, swapped;
+        for (std::size_t i = 0; i < width * height; ++i) {
+            right.push_back(static_cast<std::uint16_t>(level(static_cast<double>(i % width), static_cast<double>(i / width))));
+            swapped.push_back(static_cast<std::uint16_t>(right.back() << 8 | right.back() >> 8));
+        }
+        return std::pair{shared::has_swapped_bytes(right, width), shared::has_swapped_bytes(swapped, width)};
+    };
+    auto const wall = [](double x, double y) { return 9000 + 37 * x + 21 * y; };
+    auto const room = [&](double x, double y) { return std::fmod(x, 9) < 2 ? 0 : std::fmod(y, 16) < 8 ? wall(x, y) : 30000 - 90 * x; };
+    CHECK(is_swapped(wall) == std::pair{false, true});
+    CHECK(is_swapped(room) == std::pair{false, true});                                                            // holes and edges
+    CHECK(is_swapped([&](double x, double y) { return wall(x, y) + random() % 200; }) == std::pair{false, true}); // a noisy sensor
+    CHECK(is_swapped([](double x, double y) { return 700 + 2 * x + 3 * y; }) == std::pair{false, true});          // 1,000 levels a metre
+    auto const neither = std::pair{false, false};
+    CHECK(is_swapped([&](double, double) { return random() % 65536; }) == neither);
+    CHECK(is_swapped([](double, double) { return 10000; }) == neither);
+    CHECK(is_swapped([](double, double) { return 0; }) == neither);
+    CHECK(is_swapped([](double x, double y) { return x + y; }) == neither);                                   // below 256 levels
+    CHECK(is_swapped([&](double x, double y) { return 256 * std::floor(wall(x, y) / 256); }) == neither);     // 8 bits
+    CHECK(is_swapped([&](double x, double y) { return 257 * std::floor(wall(x, y) / 256); }) == neither);     // 8 bits twice
+    CHECK(is_swapped([&](double x, double) { return x < 32 ? 200 + 3 * x : 65000 - 5 * x; }).first == false); // a far background
+    CHECK(shared::has_swapped_bytes({}, 0) == false);
+}
 
 TEST_CASE("a whole picture has no damage; one that is cut short has, at every length")
 {

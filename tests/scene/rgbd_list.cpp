@@ -137,8 +137,12 @@ TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and whi
     using Lines = std::vector<std::string>;
     CHECK(notes_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n") == Lines{});
     CHECK(notes_of("1311868164.363400 a.png 1311868164.383400 d.png\n") == Lines{});
-    CHECK(notes_of("1 a.png\n99 b.png\n") == Lines{"0 of 2 pictures have a depth"});
-    CHECK(notes_of("1 a.png\n99 b.png\n", {}) == Lines{});
+    CHECK(notes_of("1 a.png\n2.5 b.png\n") == Lines{"0 of 2 pictures have a depth"});
+    CHECK(notes_of("1 a.png\n2.5 b.png\n", {}) == Lines{});
+    // Whole stamps without a date: of pictures, of milliseconds or of seconds.
+    CHECK(notes_of("0 a.png\n1 b.png\n2 c.png\n", {}) == Lines{});
+    CHECK(notes_of("0 a.png 0 a.depth.png\n33 b.png 33 b.depth.png\n") == Lines{"whole time stamps are read as seconds"});
+    CHECK(notes_of("1.5 a.png\n1.5 b.png\n1.5 c.png\n2 d.png\n", {}) == Lines{"pictures with the time stamp of an earlier one: 2 of 4"});
     std::string const three = "1 a.png 99 a.depth.png\n2 b.png 2 b.depth.png\n3 c.png 2.5 c.depth.png\n";
     CHECK(notes_of(three) == Lines{"pictures whose depth is more than 0.02 s away: 2, the furthest is 98 s away, of the picture at 1"});
     CHECK(notes_of(three, 0.5) == Lines{"pictures whose depth is more than 0.5 s away: 1, the furthest is 98 s away, of the picture at 1"});

@@ -208,7 +208,27 @@ TEST_CASE("keys of frames that are not read are named, except those that say not
     file["aabb_scale"] = 16;
     file["ply_file_path"] = "points.ply";
     read(file.dump(), &notes);
-    CHECK(notes == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
+    CHECK(notes == std::vector<std::string>{"1 camera has \"depth_file_path\", which is not read", "1 camera has \"exposure\", which is not read"});
+}
+
+TEST_CASE("a field of view that contradicts the focal length is noted; one that agrees is not")
+{
+    auto const notes_of = [](json const& more) {
+        auto file = file_of({frame("a"), frame("b")});
+        file["frames"][1].update(more);
+        std::vector<std::string> notes;
+        read(file.dump(), &notes);
+        return notes;
+    };
+    auto const file = file_of({frame("a")});
+    double const side = file["w"], focal = file["fl_x"], angle = 2 * std::atan(0.5 * side / focal);
+    using Lines = std::vector<std::string>;
+    CHECK(notes_of({{"camera_angle_x", angle}}) == Lines{});
+    CHECK(notes_of({{"camera_angle_x", std::round(angle * 1e5) / 1e5}}) == Lines{});
+    CHECK(notes_of({{"camera_angle_x", "wide"}}) == Lines{});
+    Lines const noted{"1 camera has a focal length and a camera_angle that are more than 1 % apart: the focal length counts"};
+    CHECK(notes_of({{"camera_angle_x", 0.5 * angle}}) == noted);
+    CHECK(notes_of({{"fl_y", focal}, {"camera_angle_y", 3.0}}) == noted);
 }
 
 TEST_CASE("masks and the lists of views are read; a frame of no list is left out, and a name of no frame is noted")

@@ -1,5 +1,6 @@
 #include "support.hpp"
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
 
@@ -193,6 +194,25 @@ TEST_CASE("no small motion improves an alignment, also of a flat path, a line, a
                 CHECK(rmse(worse) >= e.ate_aligned.rmse * (1.0 - 1e-12));
             }
         }
+}
+
+TEST_CASE("depths in another unit than the map's are said; those near the map's, and unknown ones, are not")
+{
+    auto const of = [](float depth, std::uint32_t unknown) {
+        report::Plane plane(8, 4);
+        for (std::size_t i = 0; i < plane.values.size(); ++i)
+            plane.values[i] = i < unknown ? 0.0f : depth + 0.01f * depth * static_cast<float>(i % 3);
+        return plane;
+    };
+    CHECK(track::depth_misfit(of(1.0f, 5), 1.0, 2.0).empty());
+    CHECK(track::depth_misfit(of(1.8f, 5), 1.0, 2.0).empty());
+    CHECK(track::depth_misfit(of(0.6f, 5), 1.0, 2.0).empty());
+    CHECK(track::depth_misfit(of(5.0f, 5), 1.0, 2.0) == "5.05 at the median, 5.05 times the map's 1");
+    CHECK(track::depth_misfit(of(0.2f, 5), 1.0, 2.0) == "0.202 at the median, 0.202 times the map's 1");
+    CHECK(track::depth_misfit(of(5.0f, 5), 1.0, 10.0).empty());
+    CHECK(track::depth_misfit(of(5.0f, 32), 1.0, 2.0).empty());
+    CHECK(track::depth_misfit(report::Plane{}, 1.0, 2.0).empty());
+    CHECK(track::depth_misfit(of(5.0f, 0), 0.0, 2.0).empty());
 }
 
 TEST_CASE("trajectories of different lengths, and of none, are refused")

@@ -23,7 +23,9 @@ import json
 import os
 import re
 import shutil
+import struct
 import subprocess
+import sys
 import threading
 import weakref
 from dataclasses import dataclass, field, replace
@@ -416,6 +418,8 @@ def _floats(picture: Picture, shape: Sequence[int], what: str, known: bool, scal
     """A picture as floats in memory, row by row, and their address. The first result owns them."""
     array = memoryview(picture) if numpy is None else numpy.asarray(picture)
     kind = array.format if numpy is None else array.dtype.char
+    if numpy is None and kind[:1] == ("<" if sys.byteorder == "little" else ">") and struct.calcsize(kind[1:]) == array.itemsize:
+        kind = kind[1:]  # ctypes says the order of bytes
     if kind not in ("efd" if numpy is not None else "fd") and (what == "picture" or scale is None or kind not in "bBhHiIlLqQ"):
         if what != "picture" or kind != "B":
             raise Error(f"a {what} of the type {kind if numpy is None else array.dtype} (it has floats, " +
@@ -426,7 +430,7 @@ def _floats(picture: Picture, shape: Sequence[int], what: str, known: bool, scal
     if numpy is not None:
         array = numpy.ascontiguousarray(array if scale is None else array / scale, numpy.float32)
         return array, array.ctypes.data
-    flat = array if array.ndim == 1 else memoryview(array.tobytes()).cast(kind)
+    flat = memoryview(array.tobytes()).cast(kind)
     floats = (ctypes.c_float * len(flat))(*flat) if scale is None else (ctypes.c_float * len(flat))(*(v / scale for v in flat))
     return floats, ctypes.addressof(floats)
 

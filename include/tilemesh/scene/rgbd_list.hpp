@@ -34,7 +34,7 @@ inline constexpr double most_seconds_apart = 0.02;
 namespace detail {
 
 /// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two. Each column of stamps has the
-/// unit that `seconds_per_unit` finds; a unit other than seconds is a line in `notes`, which may be null.
+/// unit that `seconds_per_unit` finds. A unit other than seconds is a line in `notes`, which may be null, and so are whole seconds more than 1 apart.
 TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
                                                                          std::size_t least_pairs, std::size_t most_pairs,
                                                                          std::string const& form, std::vector<std::string>* notes);
@@ -62,9 +62,9 @@ TILEMESH_HOST std::vector<RgbdFrame> read_rgbd_list(std::istream& stream, std::s
 /// its `associations.txt` counts if it has one, else its `rgb.txt` and, if it has one, `depth.txt`. Names in a list start at the list's folder.
 /// Depths of `depth.txt` are at most `depth_within` seconds away from their picture. Without `depth_within`, no depth is read.
 ///
-/// `notes`, which may be null, gets at most four lines: the unit of stamps that are not seconds; how many pictures have a depth, if not all
-/// have one; depths of an association file that are more than `depth_within` away. These are kept, because the file says itself which depth
-/// belongs to which picture.
+/// `notes`, which may be null, gets at most five lines: the unit of stamps that are not seconds, or that are whole and more than 1 s apart; how
+/// many pictures have an earlier one's stamp; how many pictures have a depth, if not all have one; depths of an association file that are more
+/// than `depth_within` away. These are kept, because the file says itself which depth belongs to which picture.
 ///
 /// Throws `Error` as the readers do, for a folder without these files, for a list that is no regular file, and if no depth of `depth.txt` is near
 /// enough to a picture; the error names the nearest distance.

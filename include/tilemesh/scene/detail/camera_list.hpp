@@ -34,7 +34,7 @@ inline constexpr std::string_view own_keys[] = {"scene", "file", "name", "id", "
 inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
 
 /// The keys of a frame of transforms.json that say nothing about its camera.
-inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "depth_file_path", "sharpness"};
+inline constexpr std::string_view beside_camera_keys[] = {"colmap_im_id", "sharpness"};
 
 /// The keys beside frames[] that say nothing about the cameras, their lens or their world.
 inline constexpr std::string_view beside_frames_keys[] = {"aabb_scale", "ply_file_path", "sharpness"};

@@ -58,10 +58,13 @@ TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::is
     for (std::size_t i = 0; i < pairs; ++i) {
         std::vector<double> stamps;
         for (auto const& row : out) stamps.push_back(row[i].seconds);
+        auto const [first, last] = std::minmax_element(stamps.begin(), stamps.end());
+        bool const whole = std::all_of(stamps.begin(), stamps.end(), [](double stamp) { return stamp == std::floor(stamp); });
+        bool const far_apart = whole && *last - *first > static_cast<double>(stamps.size() - 1); // seconds, or milliseconds of no date
         double const unit = seconds_per_unit(std::move(stamps));
-        if (unit == 1.0) continue;
+        if (unit == 1.0 && !far_apart) continue;
         for (auto& row : out) row[i].seconds *= unit;
-        auto const note = "time stamps are read as " + unit_name(unit);
+        auto const note = (unit == 1.0 ? "whole time stamps are read as " : "time stamps are read as ") + unit_name(unit);
         if (notes != nullptr && std::find(notes->begin(), notes->end(), note) == notes->end()) notes->push_back(note);
     }
     return out;
@@ -167,6 +170,10 @@ TILEMESH_HOST std::vector<RgbdFrame> load_rgbd(std::filesystem::path const& path
         if (!depth_within) depth = {};
         if (!depth.file.empty()) depth.file = root / depth.file;
     }
+    std::size_t repeated = 0;
+    for (std::size_t i = 1; i < frames.size(); ++i) repeated += frames[i].colour.seconds == frames[i - 1].colour.seconds ? 1u : 0u;
+    if (repeated != 0 && notes != nullptr)
+        notes->push_back("pictures with the time stamp of an earlier one: " + std::to_string(repeated) + " of " + std::to_string(frames.size()));
     if (depth_within && notes != nullptr) detail::add_depth_notes(frames, *depth_within, *notes);
     return frames;
 }

@@ -107,7 +107,7 @@ public:
     {
         std::vector<NamedCamera> cameras;
         std::set<std::string> names;
-        std::size_t ignored = 0, sized = 0;
+        std::size_t ignored = 0, sized = 0, contradicted = 0;
         for (auto const& frame : frames_) {
             if (!names.insert(frame.name).second) refuse(frame.name, "another frame has the same file_path");
             auto const& model = frame.lens && !frame.lens->model.empty() ? frame.lens->model : common.model;
@@ -129,10 +129,19 @@ public:
             }
             cameras.push_back({"", "", frame.name, camera_of(frame, size), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
             cameras.back().mask = frame.mask;
+            auto const& lens = cameras.back().camera;
+            using L = TransformsLens;
+            contradicted += contradicts(frame, &L::fl_x, lens.fx, &L::camera_angle_x, lens.width) ||
+                                    contradicts(frame, &L::fl_y, lens.fy, &L::camera_angle_y, lens.height)
+                                ? 1u
+                                : 0u;
         }
         if (!unusable_.empty()) throw Error(unusable_);
         set_splits(cameras, notes);
         note_ignored_distortion(ignored, notes);
+        if (contradicted != 0 && notes != nullptr)
+            notes->push_back(std::to_string(contradicted) + (contradicted == 1 ? " camera has" : " cameras have") +
+                             " a focal length and a camera_angle that are more than 1 % apart: the focal length counts");
         if (sized != 0 && notes != nullptr)
             notes->push_back(std::to_string(sized) + (sized == 1 ? " camera has" : " cameras have") +
                              " no \"w\" or \"h\": the size is that of the picture beside the file, or else the one that was given");
@@ -185,10 +194,24 @@ private:
         return (frame.lens && (frame.lens.get()->*field).there) || (common.*field).there;
     }
 
+    CameraField<double> const& field_of(Frame const& frame, CameraField<double> TransformsLens::*field) const
+    {
+        return frame.lens && (frame.lens.get()->*field).there ? frame.lens.get()->*field : common.*field;
+    }
+    /// Is the field of view beside a focal length another one, by more than 1 %? Files round both to at least five digits.
+    bool contradicts(Frame const& frame, CameraField<double> TransformsLens::*focal_length, double pixels, CameraField<double> TransformsLens::*angle,
+                     std::uint32_t side) const
+    {
+        auto const& of_view = field_of(frame, angle);
+        if (!field_of(frame, focal_length).there || !of_view.there || of_view.fault != nullptr || !(of_view.value > 0.0 && of_view.value < 3.14))
+            return false;
+        return std::fabs(0.5 * side / std::tan(0.5 * of_view.value) - pixels) > 0.01 * pixels;
+    }
+
     /// A number of the frame, or else of the file; empty if neither has it.
     std::optional<double> number(Frame const& frame, CameraField<double> TransformsLens::*field, char const* key) const
     {
-        auto const& found = frame.lens && (frame.lens.get()->*field).there ? frame.lens.get()->*field : common.*field;
+        auto const& found = field_of(frame, field);
         if (!found.there) return {};
         if (found.fault != nullptr) refuse(frame.name, std::string("\"") + key + "\" is " + found.fault);
         return found.value;
