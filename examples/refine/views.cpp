@@ -105,7 +105,7 @@ Views find_views(Options const& options, scene::Map const& map)
     if (options.depths) add_depths(options, views, out);
     std::vector<fs::path> pictures;
     for (auto const& view : views) pictures.push_back(view.photograph);
-    shared::add_alpha_note(pictures, shared::shows_background, out.notes);
+    shared::add_picture_notes(pictures, shared::shows_background, out.notes);
     if (masks != 0) out.notes.push_back(shared::mask_note(masks, found.size()));
     auto const splits = shared::splits_of(found, options.every.value_or(8), options.every.has_value(), out.notes);
     for (std::size_t i = 0; i < views.size(); ++i)

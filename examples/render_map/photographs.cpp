@@ -92,7 +92,7 @@ void find_photographs(Options const& options, std::vector<std::string> const& na
     std::vector<fs::path> pictures;
     for (auto const& of : photographs)
         if (of.found()) pictures.push_back(of.path);
-    shared::add_alpha_note(pictures, shared::shows_background, notes);
+    shared::add_picture_notes(pictures, shared::shows_background, notes);
     if (masks != 0) notes.push_back(shared::mask_note(masks, shots.size()));
 }
 

@@ -155,10 +155,19 @@ std::string mask_note(std::size_t masks, std::size_t pictures)
     return std::to_string(masks) + " of " + std::to_string(pictures) + " pictures have masks: only what is white in a mask counts";
 }
 
-void add_alpha_note(std::vector<fs::path> const& pictures, char const* meaning, std::vector<std::string>& notes)
+void add_picture_notes(std::vector<fs::path> const& pictures, char const* meaning, std::vector<std::string>& notes)
 {
-    if (auto const n = std::count_if(pictures.begin(), pictures.end(), has_transparency); n != 0)
-        notes.push_back(std::to_string(n) + " of " + std::to_string(pictures.size()) + " pictures have an alpha channel: " + meaning);
+    std::size_t transparent = 0, turned = 0;
+    for (auto const& picture : pictures) {
+        auto const facts = picture_facts(picture);
+        transparent += facts.transparent ? 1u : 0u;
+        turned += facts.turned ? 1u : 0u;
+    }
+    auto const note = [&](std::size_t n, std::string const& what) {
+        if (n != 0) notes.push_back(std::to_string(n) + " of " + std::to_string(pictures.size()) + " pictures have " + what);
+    };
+    note(transparent, std::string("an alpha channel: ") + meaning);
+    note(turned, "an Exif orientation, which is not applied: their pixels count as they are stored, as in COLMAP");
 }
 
 void apply_mask(tilemesh::report::Image& picture, fs::path const& mask)

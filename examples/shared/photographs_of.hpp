@@ -42,8 +42,8 @@ void require_mask(std::filesystem::path const& mask, tilemesh::scene::Size photo
 /// "8 of 8 pictures have masks: only what is white in a mask counts"
 std::string mask_note(std::size_t masks, std::size_t pictures);
 
-/// Notes how many pictures have an alpha channel, and what that means; no note if none has. Cost: 64 KiB of each file are read.
-void add_alpha_note(std::vector<std::filesystem::path> const& pictures, char const* meaning, std::vector<std::string>& notes);
+/// Notes how many pictures have an alpha channel, and what that means, and how many have an Exif orientation; no note if none has. Cost: 64 KiB of each file are read.
+void add_picture_notes(std::vector<std::filesystem::path> const& pictures, char const* meaning, std::vector<std::string>& notes);
 inline constexpr char const* shows_background = "transparent pixels show the background: black, or that of --background";
 
 /// Sets each pixel to NaN that a mask does not leave white: it does not count. In another size, a pixel counts if all around it is white. A

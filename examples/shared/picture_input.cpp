@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -76,20 +78,57 @@ File open_picture(fs::path const& path)
     return file;
 }
 
-/// Has a PNG a transparent colour? Its tRNS chunk stands before the first IDAT. The decoder's own question about channels does not look for
-/// it. A chunk: its length, 4 letters, its bytes, a checksum (PNG specification, sections 5.3 and 11.3.2.1).
-bool has_colour_key(std::vector<unsigned char> const& bytes)
+std::uint64_t number_at(std::span<unsigned char const> bytes, std::size_t at, std::size_t count, bool little = false)
 {
-    auto const is = [&](std::size_t at, std::string_view name) {
-        return std::equal(name.begin(), name.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    };
-    if (bytes.size() < 8 || !is(1, "PNG")) return false;
-    for (std::size_t at = 8; at + 8 <= bytes.size();) {
-        if (is(at + 4, "tRNS")) return true;
-        if (is(at + 4, "IDAT")) return false;
-        at += 12 + (std::size_t{bytes[at]} << 24 | std::size_t{bytes[at + 1]} << 16 | std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < count; ++i) value = value << 8 | bytes[at + (little ? count - 1 - i : i)];
+    return value;
+}
+bool has_text(std::span<unsigned char const> bytes, std::size_t at, std::string_view text)
+{
+    return at + text.size() <= bytes.size() && std::memcmp(bytes.data() + at, text.data(), text.size()) == 0;
+}
+
+/// The chunk of a PNG with this name before its first IDAT; empty if there is none. A chunk: its length, 4 letters, its bytes, a checksum (PNG
+/// specification, sections 5.3 and 5.6). What the bytes given do not have is cut off.
+std::span<unsigned char const> png_chunk(std::span<unsigned char const> bytes, std::string_view name)
+{
+    if (!has_text(bytes, 1, "PNG")) return {};
+    for (std::size_t at = 8; at + 8 <= bytes.size() && !has_text(bytes, at + 4, "IDAT");) {
+        auto const length = static_cast<std::size_t>(number_at(bytes, at, 4));
+        if (has_text(bytes, at + 4, name)) return bytes.subspan(at, std::min(length + 12, bytes.size() - at));
+        at += 12 + length;
     }
-    return false;
+    return {};
+}
+/// Has a PNG a transparent colour? The decoder's own question about channels does not look for it.
+bool has_colour_key(std::span<unsigned char const> bytes) { return !png_chunk(bytes, "tRNS").empty(); }
+
+/// Exif data: an IFD of TIFF, in either order of bytes, with 12 bytes an entry: tag, type, count, value (TIFF 6.0, section 2; Exif 2.3, 4.6.4 A:
+/// tag 0x112, orientation, 1 to 8). 1 for what is cut off or is no such data.
+std::uint64_t orientation(std::span<unsigned char const> tiff)
+{
+    bool const little = has_text(tiff, 0, {"II*\0", 4});
+    if (!little && !has_text(tiff, 0, {"MM\0*", 4})) return 1;
+    if (tiff.size() < 8) return 1;
+    auto const ifd = static_cast<std::size_t>(number_at(tiff, 4, 4, little));
+    if (ifd + 2 > tiff.size()) return 1;
+    auto const entries = static_cast<std::size_t>(number_at(tiff, ifd, 2, little));
+    for (std::size_t i = 0, at = ifd + 2; i < entries && at + 12 <= tiff.size(); ++i, at += 12)
+        if (number_at(tiff, at, 2, little) == 0x112) return number_at(tiff, at + 8, 2, little);
+    return 1;
+}
+/// The Exif data of a JPEG, in the first APP1 segment that begins with "Exif" (Exif 2.3, 4.7.2), or of a PNG (chunk eXIf); empty for none.
+std::span<unsigned char const> exif_of(std::span<unsigned char const> bytes)
+{
+    if (auto const found = png_chunk(bytes, "eXIf"); found.size() > 8) return found.subspan(8);
+    if (!has_text(bytes, 0, "\xff\xd8")) return {};
+    for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda;) {
+        auto const length = static_cast<std::size_t>(number_at(bytes, at + 2, 2));
+        if (bytes[at + 1] == 0xe1 && has_text(bytes, at + 4, {"Exif\0\0", 6})) return bytes.subspan(at + 10, std::min(std::max<std::size_t>(length, 8) - 8, bytes.size() - at - 10));
+        at += 2 + std::max<std::size_t>(length, 2);
+    }
+    return {};
 }
 
 } // namespace
@@ -124,16 +163,17 @@ tilemesh::scene::Size picture_size(fs::path const& path)
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
-bool has_transparency(fs::path const& path)
+PictureFacts picture_facts(fs::path const& path)
 {
     std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) return false;
+    if (!fs::is_regular_file(path, ignored)) return {};
     File const file(std::fopen(path.c_str(), "rb"), std::fclose);
     std::vector<unsigned char> begin(std::size_t{1} << 16);
     begin.resize(file ? std::fread(begin.data(), 1, begin.size(), file.get()) : 0);
     // Bit 2 of the kind of colour is set for an alpha channel (PNG specification, 11.2.1).
-    return begin.size() > 25 && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG" &&
-           ((begin[25] & 4u) != 0 || has_colour_key(begin));
+    bool const alpha = begin.size() > 25 && has_text(begin, 1, "PNG") && (begin[25] & 4u) != 0;
+    auto const turn = orientation(exif_of(begin));
+    return {alpha || has_colour_key(begin), turn > 1 && turn <= 8};
 }
 
 tilemesh::report::Image read_picture(fs::path const& path, tilemesh::scene::Size size, std::array<float, 3> const& background)

@@ -11,8 +11,12 @@ namespace shared {
 /// that is no such picture, and for a header that is damaged (`header_damage`).
 tilemesh::scene::Size picture_size(std::filesystem::path const& path);
 
-/// May pixels of a picture be transparent? Its header says so. False for a file that cannot be read.
-bool has_transparency(std::filesystem::path const& path);
+/// What the header of a picture says beside its size: its first 64 KiB. Nothing, for a file that cannot be read.
+struct PictureFacts {
+    bool transparent = false; ///< pixels may be
+    bool turned = false;      ///< an Exif orientation other than the one as stored; it is not applied
+};
+PictureFacts picture_facts(std::filesystem::path const& path);
 
 /// The background of pictures that have none: a pixel that is not opaque becomes NaN, which is not known.
 inline constexpr std::array<float, 3> no_background{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),

@@ -127,7 +127,7 @@ inline std::vector<scene::RgbdFrame> recording_of(SequenceOptions const& o, std:
     add_notes(notes, *o.photos, of_list);
     std::vector<std::filesystem::path> pictures;
     for (auto const& frame : list) pictures.push_back(frame.colour.file);
-    add_alpha_note(pictures, "a pixel that is not opaque is not known", notes);
+    add_picture_notes(pictures, "a pixel that is not opaque is not known", notes);
     return list;
 }
 

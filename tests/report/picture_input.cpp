@@ -299,6 +299,11 @@ public:
         put(bytes[byte]);
         return picture;
     }
+    shared::PictureFacts facts(std::string const& bytes)
+    {
+        std::ofstream(path_, std::ios::binary) << bytes;
+        return shared::picture_facts(path_);
+    }
     std::string why;
 
 private:
@@ -405,6 +410,39 @@ TEST_CASE("an error says what is wrong with a file that is no whole picture")
     for (std::size_t i = 5; i < 9; ++i) huge[frame + i] = '\xff';
     CHECK(!file.read(huge));
     CHECK(file.why.find("neither") == std::string::npos);
+}
+
+TEST_CASE("an orientation and an alpha channel are found in a header, whole or cut")
+{
+    PictureFile file;
+    auto const jpeg = decoded(baseline), png = decoded(fixed_codes);
+    auto const exif = [](bool little, int value) {
+        auto const n = [little](unsigned v, unsigned count) {
+            std::string out;
+            for (unsigned i = 0; i < count; ++i) out += static_cast<char>(v >> 8 * (little ? i : count - 1 - i));
+            return out;
+        };
+        return (little ? "II" : "MM") + n(42, 2) + n(8, 4) + n(2, 2) + n(0x100, 2) + n(4, 2) + n(1, 4) + n(6, 4) + n(0x112, 2) + n(3, 2) + n(1, 4) +
+               n(static_cast<unsigned>(value), 2) + n(0, 2);
+    };
+    auto const in_jpeg = [&](std::string const& data) {
+        auto const all = std::string("Exif\0\0", 6) + data;
+        auto const head = std::string("\xff\xe0\0\4ab", 6) + "\xff\xe1" + static_cast<char>((all.size() + 2) >> 8) + static_cast<char>(all.size() + 2);
+        return jpeg.substr(0, 2) + head + all + jpeg.substr(2);
+    };
+    auto const in_png = [&](std::string const& data) { return png.substr(0, 33) + chunk("eXIf", data) + png.substr(33); };
+    for (bool const little : {true, false})
+        for (int value = 0; value < 12; ++value) {
+            CHECK(file.facts(in_jpeg(exif(little, value))).turned == (value > 1 && value <= 8));
+            CHECK(file.facts(in_png(exif(little, value))).turned == (value > 1 && value <= 8));
+        }
+    CHECK(file.read(in_jpeg(exif(true, 6)))); // as it is stored
+    auto const whole = in_jpeg(exif(true, 6));
+    for (std::size_t n = 0; n < 100; ++n) CHECK(file.facts(whole.substr(0, n)).turned == (n >= whole.find("\x12\x01") + 12));
+    for (auto const& bytes : {jpeg, png, in_jpeg(""), in_png(""), in_jpeg("II"), std::string()}) CHECK(!file.facts(bytes).turned);
+    CHECK(!shared::picture_facts("/nowhere/at/all").turned);
+    CHECK(file.facts(decoded(colour_key)).transparent);
+    CHECK(!file.facts(decoded(own_codes)).transparent);
 }
 #else
 TEST_CASE("pictures from files")

@@ -464,6 +464,10 @@ TEST_CASE("a folder with both forms stands for its text model; a file stands for
     CHECK(scene::load_cameras(folder.path()).empty());
     CHECK(scene::load_cameras(folder.path() / "cameras.txt").empty());
     CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
+    std::vector<std::string> of_folder, of_file;
+    scene::load_cameras(folder.path(), &of_folder), scene::load_cameras(folder.path() / "cameras.txt", &of_file);
+    CHECK(of_folder == std::vector<std::string>{"the folder has a text model and a binary one: the text is read; name cameras.bin for the other"});
+    CHECK(of_file.empty());
     // A binary model of 123 cameras begins with a bracket.
     auto many = Bytes().add(std::uint64_t{123});
     for (std::uint32_t i = 0; i < 123; ++i) many.lens(i, 0, 9, 9, {9, 4, 4});
@@ -472,6 +476,29 @@ TEST_CASE("a folder with both forms stands for its text model; a file stands for
     CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
     TempFolder const none;
     CHECK(has(error_of([&] { scene::load_cameras(none.path()); }), "a directory without cameras.txt and images.txt, or cameras.bin and images.bin"));
+}
+
+TEST_CASE("other models of a project are named")
+{
+    TempFolder const folder;
+    auto const notes_of = [&](char const* path) {
+        std::vector<std::string> notes;
+        scene::load_cameras(folder.path() / path, &notes);
+        return notes;
+    };
+    for (auto const* model : {"project/sparse/0", "project/sparse/a", "project/sparse/2"}) std::filesystem::create_directories(folder.path() / model);
+    for (auto const* model : {"project/sparse/0/", "project/sparse/a/"})
+        for (auto const& [name, text] : {std::pair{"cameras.txt", lenses}, std::pair{"images.txt", ""}}) folder.write(std::string(model) + name, text);
+    CHECK(notes_of("project").size() == 1); // where they are; an empty folder and one without a number are no other models
+    CHECK(notes_of("project/sparse/0").empty());
+    folder.write("project/sparse/2/cameras.txt", lenses);
+    auto const one = notes_of("project");
+    REQUIRE(one.size() == 2);
+    CHECK(one[1] == "the project has 1 other model beside this one (2): their cameras are not read");
+    std::filesystem::create_directories(folder.path() / "project/sparse/1");
+    folder.write("project/sparse/1/cameras.bin", some_lenses().text);
+    CHECK(notes_of("project/sparse/0") == std::vector<std::string>{"the project has 2 other models beside this one (1 and more): their cameras are not read"});
+    CHECK(notes_of("project/sparse/a").empty());
 }
 
 TEST_CASE("images of one IMAGE_ID are all read, and noted")

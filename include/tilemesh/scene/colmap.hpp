@@ -168,7 +168,8 @@ TILEMESH_HOST ColmapFiles colmap_files(std::filesystem::path const& path);
 
 /// Reads a COLMAP model, text or binary, as `read_colmap` and `read_colmap_binary` do. `path` is the model's folder, or one of its files; of
 /// a folder with both forms it reads the text model. Throws `Error` if one of the two files is missing. images.txt and images.bin may have
-/// any length, because their 2-D points are long.
+/// any length, because their 2-D points are long. `notes`, which may be null, gets a line if the folder has both forms, and if
+/// its name is a number and models with other numbers lie beside it.
 TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path,
                                                    DistortedLens distorted = DistortedLens::refused,
                                                    std::vector<std::string>* notes = nullptr);

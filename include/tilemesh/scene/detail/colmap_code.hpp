@@ -291,6 +291,29 @@ TILEMESH_HOST ColmapFiles colmap_files(std::filesystem::path const& path)
     return {folder / "cameras.txt", folder / "images.txt"};
 }
 
+namespace detail {
+/// What lies beside the model that is read: the other form of it in a folder, and other models of the project.
+TILEMESH_HOST void add_colmap_notes(std::filesystem::path const& path, std::filesystem::path const& cameras_path, std::vector<std::string>& notes)
+{
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    auto const model = cameras_path.parent_path();
+    if (fs::is_directory(path, ignored) && cameras_path.extension() == ".txt" && fs::exists(model / "cameras.bin", ignored))
+        notes.push_back("the folder has a text model and a binary one: the text is read; name cameras.bin for the other");
+    // COLMAP numbers the models of a project: sparse/0, sparse/1, ...
+    auto const is_number = [](fs::path const& of) { return !of.empty() && of.string().find_first_not_of("0123456789") == std::string::npos; };
+    if (!is_number(model.filename())) return;
+    std::vector<std::string> others;
+    for (fs::directory_iterator at(model / "..", ignored), end; !ignored && at != end; at.increment(ignored))
+        if (auto const name = at->path().filename(); is_number(name) && name != model.filename() && fs::exists(colmap_files(at->path()).cameras, ignored))
+            others.push_back(name.string());
+    std::sort(others.begin(), others.end());
+    if (!others.empty())
+        notes.push_back("the project has " + std::to_string(others.size()) + (others.size() == 1 ? " other model" : " other models") + " beside this one (" +
+                        others.front() + (others.size() == 1 ? "" : " and more") + "): their cameras are not read");
+}
+} // namespace detail
+
 TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path, DistortedLens distorted,
                                                    std::vector<std::string>* notes)
 {
@@ -307,6 +330,7 @@ TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& 
     std::string const wanted = binary ? "a COLMAP model with cameras.bin and images.bin" : "a COLMAP model with cameras.txt and images.txt";
     auto cameras = detail::open_file(cameras_path, most_bytes, wanted);
     auto images = detail::open_file(images_path, std::numeric_limits<std::uint64_t>::max(), wanted);
+    if (notes != nullptr) detail::add_colmap_notes(path, cameras_path, *notes);
     auto const read = binary ? read_colmap_binary : read_colmap;
     return read(cameras, images, detail::shown_path(cameras_path), detail::shown_path(images_path), distorted, notes);
 }
