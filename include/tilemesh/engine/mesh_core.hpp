@@ -54,13 +54,22 @@ protected:
     /// address of the messages.
     ///
     /// The messages that tiles send to one side follow one another in memory, in the order in which a thread runs the tiles. So a superstep
-    /// reads and writes four streams, which are as long as the live messages, for any capacity. A thread takes the tiles in pieces, and
-    /// begins a new stream for each piece. The stream starts where the first tile of the piece would store its messages if every tile had
-    /// memory for the full capacity (`stride` words).
+    /// reads and writes four streams, which are as long as the live messages, for any capacity. A thread takes the tiles in pieces. Their
+    /// streams follow one another in a stretch of the thread's own (`stretch`): it begins at the same words in every superstep, so few
+    /// pages are ever touched. If the stretch might not have room for a piece whose channels are all full, the piece's stream starts where its
+    /// first tile would store its messages if every tile had memory for the full capacity (`stride` words). A bank has both: the memory of
+    /// all tiles, then the stretches.
     struct Bank {
         Arena heads[2];
         Arena items[2];
         std::size_t stride = 0;      ///< words for the capacity of one end
+        std::size_t stretch_words = 0;
+        std::size_t of_tiles = 0;    ///< words before the stretches
+        /// Where thread w's messages to side d begin in every superstep; there are `stretch_words` for them.
+        std::uint32_t* stretch(std::uint32_t w, Direction d) const noexcept
+        {
+            return items[now].data() + of_tiles + (4 * std::size_t{w} + index(d)) * stretch_words;
+        }
         std::uint32_t capacity = 0;
         std::uint32_t now = 0;       ///< the bank that senders write
     };
@@ -68,6 +77,8 @@ protected:
     struct alignas(64) WorkerState {
         WorkerState(std::uint32_t tiles, std::uint32_t states, std::uint32_t links);
         std::uint64_t messages = 0, live_bytes = 0, runs = 0, digest = 0;
+        std::uint64_t exchange = 0;              ///< the exchange for which `streams` holds
+        std::vector<std::uint32_t*> streams;     ///< by channels and sides: where the thread's stretch is free
         Failure failure;
         detail::TileSet busy;              ///< tiles that voted busy
         std::vector<detail::TileSet> mail; ///< by channels: tiles that got a message
@@ -146,6 +157,7 @@ protected:
     void flip(KernelFacts const& kernel) noexcept
     {
         for (auto const& use : kernel.links) banks_[use.link].now ^= 1u;
+        ++exchange_;
     }
     /// Runs n tiles: the calling thread alone if they are at most `most_alone`, otherwise the team.
     void run_on_team(Steps const& steps, std::uint32_t step, std::uint32_t const* tiles, std::uint32_t n, std::uint32_t most_alone) noexcept;
@@ -160,6 +172,7 @@ protected:
     std::vector<std::uint32_t> slots_;               ///< places at which each tile's four outgoing ends are read
     std::vector<std::uint32_t> wrapping_, dropping_; ///< these places for channels with these edges; empty without such a channel
     std::vector<Bank> banks_;                        ///< by channels
+    std::uint64_t exchange_ = 1;                     ///< exchanges so far, and 1: in each, all streams begin anew
     Rectangle rectangle_;                            ///< Superstep and Repeat run all of its tiles
     detail::TileSet active_;
     std::vector<std::uint32_t> tiles_;               ///< the tiles that run in this superstep, if not all do

@@ -237,24 +237,34 @@ protected:
         for (Direction d : news) __builtin_prefetch(ends.out_head(slot<C>(tile, d)), 1);
     }
 
-    /// Sets where the messages of a piece of the tiles go.
+    /// Sets where the messages of a piece of n tiles go. n = 0: only keeps where the stretches are free.
+    struct Piece {
+        std::uint32_t worker, first_tile, n;
+        bool begins; ///< the first one of the thread since the exchange
+    };
     template <class... A>
-    TILEMESH_KERNEL void begin_piece([[maybe_unused]] Source& source, [[maybe_unused]] std::uint32_t first_tile,
-                                     machine::Types<A...>) const noexcept
+    TILEMESH_KERNEL void begin_piece([[maybe_unused]] Source& source, [[maybe_unused]] Piece const& piece, machine::Types<A...>) const noexcept
     {
-        (begin_stream(source, first_tile, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
+        (begin_stream(source, piece, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    TILEMESH_KERNEL void begin_stream(Source&, std::uint32_t, X*) const noexcept
+    TILEMESH_KERNEL void begin_stream(Source&, Piece const&, X*) const noexcept
     {
     }
     template <class C>
-    TILEMESH_KERNEL void begin_stream(Source& source, std::uint32_t first_tile, Out<C>*) const noexcept
+    TILEMESH_KERNEL void begin_stream(Source& source, Piece const& piece, Out<C>*) const noexcept
     {
         constexpr auto l = Base::template index_of_link<C>;
-        auto const& ends = source.links_now[l];
-        for (Direction d : news)
-            source.next[l][index(d)] = ends.out_items + (std::size_t{index(d)} * this->grid_.size() + first_tile) * ends.stride;
+        auto const& bank = this->banks_[l];
+        for (Direction d : news) {
+            auto* const stretch = bank.stretch(piece.worker, d);
+            auto*& next = source.next[l][index(d)];
+            auto*& free = source.me.streams[4 * l + index(d)];
+            if (piece.begins) free = stretch;
+            else if (next >= stretch) free = next; // the memory of tiles lies before the stretches
+            bool const fits = std::size_t{piece.n} * bank.stride <= bank.stretch_words - static_cast<std::size_t>(free - stretch);
+            next = fits ? free : bank.items[bank.now].data() + (std::size_t{index(d)} * this->grid_.size() + piece.first_tile) * bank.stride;
+        }
     }
 
     template <std::uint32_t... L>
@@ -275,8 +285,9 @@ protected:
         Source source{self, me, me.mail.data(), peaks, peaks + States::count,
                       self.all_ends(std::make_integer_sequence<std::uint32_t, Links::count>{}), nullptr, 0, {0, 1}, self.keeps_trace(), {}};
         std::uint32_t first = 0, last = n;
+        bool begins = std::exchange(me.exchange, self.exchange_) != self.exchange_;
         for (bool more = together ? self.shares_.take(w, first, last) : n != 0; more; more = together && self.shares_.take(w, first, last)) {
-            self.begin_piece(source, tiles == nullptr ? first : tiles[first], Arguments{});
+            self.begin_piece(source, {w, tiles == nullptr ? first : tiles[first], last - first, std::exchange(begins, false)}, Arguments{});
             for (auto i = first; i < last; ++i) {
                 if (i + 4 < last) self.prefetch_heads(source, tiles == nullptr ? i + 4 : tiles[i + 4], Arguments{});
                 if (i + 2 < last) self.prefetch(source, tiles == nullptr ? i + 2 : tiles[i + 2], Arguments{});
@@ -291,6 +302,7 @@ protected:
             }
             me.runs += last - first;
         }
+        if (!begins) self.begin_piece(source, {w, 0, 0, false}, Arguments{}); // another run may follow before the exchange
         detail::tilemesh_broken_contracts = nullptr; // the next function on this thread may not be a kernel
     }
 

@@ -23,7 +23,7 @@ TILEMESH_HOST std::uint32_t checked_threads(std::uint32_t threads)
 } // namespace detail
 
 TILEMESH_HOST MeshCore::WorkerState::WorkerState(std::uint32_t tiles, std::uint32_t states, std::uint32_t links)
-    : busy(tiles), mail(links, detail::TileSet(tiles)), peaks(line + states + links + line)
+    : streams(4 * std::size_t{links}), busy(tiles), mail(links, detail::TileSet(tiles)), peaks(line + states + links + line)
 {
 }
 TILEMESH_HOST void MeshCore::WorkerState::begin() noexcept
@@ -77,8 +77,15 @@ TILEMESH_HOST void MeshCore::make_bank(StoreView const& store, std::uint32_t lin
     for (auto& heads : b.heads)
         if (heads.data() == nullptr) heads = Arena((n + bins) * Ends::head_words);
     if (stride != b.stride) {
-        Arena items[2] = {Arena(std::uint64_t{n} * stride), Arena(std::uint64_t{n} * stride)};
+        // A thread's first piece is an eighth of its tiles, and channels are seldom full: a quarter of its tiles' memory holds all pieces. One
+        // thread takes all tiles at once: it needs a stretch only for supersteps of a few tiles.
+        auto const threads = std::size_t{workers_.size()}, parts = threads == 1 ? 16 : 4 * threads;
+        b.of_tiles = n * stride;
+        b.stretch_words = (store.grid.size() + parts - 1) / parts * stride;
+        auto const words = std::uint64_t{n} * stride + std::uint64_t{4} * threads * b.stretch_words;
+        Arena items[2] = {Arena(words), Arena(words)};
         for (int i : {0, 1}) b.items[i] = std::move(items[i]);
+        ++exchange_;
     }
     b.capacity = capacity;
     b.stride = stride;
