@@ -42,12 +42,13 @@ std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
 
 /// The bytes of a frame per pixel: framebuffers and picture take 12 each, and 4 more for each plane; of several frames, one picture is
 /// written while the next is rendered. Then, one after the other, come the PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles,
-/// 3 of its result), a PFM (12), a frame of the video (3), or the reference (error_measures.hpp: 12 and 40).
+/// 3 of its result), a PFM (12), a frame of the video (3), the reference (error_measures.hpp: 12 and 40), or the enclosure (middle and radius 48, a
+/// certificate 32, a bound 12).
 std::uint64_t bytes_a_pixel(Options const& options, std::size_t frames)
 {
     std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
-    bool const waits = options.reference || options.trace || frames == 1;
-    return (waits ? 2 : 3) * (12 + planes) + (options.reference ? 52 : 15);
+    bool const waits = options.reference || options.certify || options.trace || frames == 1;
+    return (waits ? 2 : 3) * (12 + planes) + (options.certify ? 92 : options.reference ? 52 : 15);
 }
 
 /// The limits for a frame: the memory of a small host. A tile in use takes some pages, about 18 KB, so 2^18 tiles take 5 GB.
@@ -64,10 +65,11 @@ void check_memory(Options const& options, Extent2 frame, std::size_t frames)
     auto const bytes = bytes_a_pixel(options, frames) * frame.width * frame.height;
     if (bytes > most_bytes)
         throw Error("a frame of " + by(frame.width, frame.height) + " pixels is too large (" +
-                    (options.reference ? "picture, framebuffers and the reference in double need "
-                                       : "picture, framebuffers and the PNG encoder need ") +
+                    (options.certify     ? "picture, framebuffers and the enclosure of the exact formula need "
+                     : options.reference ? "picture, framebuffers and the reference in double need "
+                                         : "picture, framebuffers and the PNG encoder need ") +
                     gibibytes(bytes) + ", and render_map takes at most " + gibibytes(most_bytes) +
-                    "); choose a smaller --size" + (options.reference ? " or leave out --reference" : ""));
+                    "); choose a smaller --size" + (options.certify ? " or leave out --certify" : options.reference ? " or leave out --reference" : ""));
 
     auto const grid = options.renderer.grid, tile = options.renderer.tile;
     auto tiles = std::uint64_t{grid.width} * grid.height;

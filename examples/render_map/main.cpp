@@ -104,7 +104,8 @@ std::string written_files(Options const& options, report::RunReport const& run)
     if (run.frames.size() > 1) text += " to " + run.frames.back().image;
     std::string separator = run.frames.size() > 1 ? ", and each as " : ", and as ";
     for (auto const& [wanted, extension] : {std::pair(options.pfm, ".pfm"), std::pair(options.choice.depth, ".depth.pfm"),
-                                            std::pair(options.choice.alpha, ".alpha.pfm"), std::pair(options.error_picture, ".error.png")})
+                                            std::pair(options.choice.alpha, ".alpha.pfm"), std::pair(options.certify && options.pfm, ".lower.pfm"),
+                                            std::pair(options.certify && options.pfm, ".upper.pfm"), std::pair(options.error_picture, ".error.png")})
         if (wanted) {
             text.append(separator).append(extension);
             separator = " and ";
@@ -151,6 +152,25 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
     frame.entry.error = error(report::Cuts::none);
     progress.say_frame("reference 2 of 2");
     frame.entry.error_same_cuts = error(report::Cuts::same);
+}
+
+/// Proves how far a frame is from the exact formula. Returns a note.
+std::string certify(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, Progress const& progress,
+                    std::size_t frames, render_map::Frame const& frame)
+{
+    progress.say_frame("certifying");
+    auto const enclosure = render_map::enclosure_of(map, camera, rules, options.renderer.threads);
+    if (options.pfm)
+        for (bool const upper : {false, true})
+            report::write_pfm(render_map::frame_path(options, frame.index, upper ? ".upper.pfm" : ".lower.pfm"), render_map::bound_of(enclosure, upper),
+                              render_map::outlasts(options));
+    auto const certificate = report::certify(enclosure, frame.rendered.image);
+    auto text = (frames == 1 ? "certified: " : "frame " + std::to_string(frame.index) + " is certified: ") + report::text_of(certificate, enclosure);
+    if (!certificate.worst.empty()) {
+        auto const& worst = certificate.worst.front();
+        text += "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y);
+    }
+    return text;
 }
 
 /// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has. While a frame
@@ -204,9 +224,9 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.entry.tile_px = {renderer.tile().width, renderer.tile().height};
         while (writer.is_full(frame)) finish_one();
         writer.start(std::move(frame), shots[i]);
-        if (!trace && !options.reference) continue;
+        if (!trace && !options.reference && !options.certify) continue;
 
-        // A trace describes the mesh as this frame left it, and a reference takes all threads: the next frame waits for both.
+        // A trace describes the mesh as this frame left it, and a reference and an enclosure take all threads: the next frame waits for them.
         progress.say_frame("writing");
         frame = writer.finish().value();
         if (trace && instruments) frame.entry.modelled = trace->add_frame(i, frame.entry, frame.rendered.image, *instruments);
@@ -215,6 +235,8 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             break;
         }
         if (options.reference) compare_with_references(options, map, camera, renderer.rules(), progress, frame);
+        if (options.certify && shared::interrupt() == 0)
+            result.notes.push_back(certify(options, map, camera, renderer.rules(), progress, shots.size(), frame));
         add(std::move(frame));
     }
     finish_writing();
@@ -290,7 +312,7 @@ int run(Options options)
         if (!journal->damage().empty()) std::cerr << journal->damage() << std::endl;
     }
 
-    if (in_parts && options.reference) { // the reference reads the whole map
+    if (in_parts && (options.reference || options.certify)) { // both read the whole map
         std::vector<std::string> said;
         map = shared::at_degree(shared::load_maps(options.maps, options), options, said);
     }

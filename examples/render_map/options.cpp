@@ -36,7 +36,8 @@ void set_frame_rate(Options& o, OptionValue const& given)
 constexpr Option<Options> picture_rows[] = {
     input<&Options::compare>("compare", "FILE", "compare with another renderer's picture, PFM or PNG"),
     option<&Options::error_picture>("error-picture", "", "also write frame_0000.error.png: where --photos or --compare differ"),
-    option<&Options::reference>("reference", "", "compare with double precision, with and without cut-offs (slow)")};
+    option<&Options::reference>("reference", "", "compare with double precision, with and without cut-offs (slow)"),
+    option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds")};
 
 constexpr Word engines[] = {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}};
 constexpr Option<Options> engine_rows[] = {
@@ -71,6 +72,7 @@ constexpr Pairing pairings[] = {
     {Pairing::needs, "cost-model", "trace", "cycles are modelled from a trace"},
     {Pairing::needs, "energy", "trace", "energy is counted from a trace"},
     {Pairing::needs, "follow", "trace", "what is followed is written beside a trace"},
+    {Pairing::excludes, "resume", "certify", "an earlier run has no pictures of full precision to certify"},
     {Pairing::excludes, "resume", "trace", "the report of a trace needs every tile of every frame"},
     {Pairing::excludes, "resume", "video", "the video would lack the frames that an earlier run wrote"}};
 

@@ -37,6 +37,7 @@ struct Options : shared::MapInput, shared::CameraInput, shared::MotionInput, sha
     bool explain = false;
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
+    bool certify = false;                             ///< with `pfm` also pictures of the bounds
     bool strict = false;                              ///< exit status 1 if a picture lacks records or copies
     bool resume = false;
     std::vector<std::string> shaping;                 ///< "--size=64x48": every given option that may change a frame; without its value if that is an input

@@ -49,6 +49,8 @@ constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
                                 {".pfm", [](Options const& o) { return o.pfm; }},
                                 {".depth.pfm", [](Options const& o) { return o.choice.depth; }},
                                 {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }},
+                                {".lower.pfm", [](Options const& o) { return o.certify && o.pfm; }},
+                                {".upper.pfm", [](Options const& o) { return o.certify && o.pfm; }},
                                 {".error.png", [](Options const& o) { return o.error_picture; }}};
 
 /// The part of `name` after the number, if `name` is a `frame_file` of one of the first `frames` frames; otherwise empty.

@@ -62,6 +62,7 @@
 #include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/distinct_files.hpp>
+#include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>

@@ -2,6 +2,7 @@
 #include <tilemesh/model/detail/no_progress_code.hpp>
 #include <tilemesh/model/detail/trace_reading_code.hpp>
 #include <tilemesh/report/detail/distinct_files_code.hpp>
+#include <tilemesh/report/detail/enclosure_code.hpp>
 #include <tilemesh/report/detail/error_measures_code.hpp>
 #include <tilemesh/report/detail/frame_csv_code.hpp>
 #include <tilemesh/report/detail/frame_report_code.hpp>
