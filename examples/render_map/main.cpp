@@ -155,8 +155,9 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
 }
 
 /// Proves how far a frame is from the exact formula. Returns a note.
+/// With --compare, judges the other picture, too.
 std::string certify(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, Progress const& progress,
-                    std::size_t frames, render_map::Frame const& frame)
+                    std::size_t frames, render_map::Frame const& frame, std::optional<render_map::OtherPicture> const& other)
 {
     progress.say_frame("certifying");
     auto const enclosure = render_map::enclosure_of(map, camera, rules, options.renderer.threads);
@@ -164,12 +165,17 @@ std::string certify(Options const& options, scene::Map const& map, splat::Camera
         for (bool const upper : {false, true})
             report::write_pfm(render_map::frame_path(options, frame.index, upper ? ".upper.pfm" : ".lower.pfm"), render_map::bound_of(enclosure, upper),
                               render_map::outlasts(options));
-    auto const certificate = report::certify(enclosure, frame.rendered.image);
-    auto text = (frames == 1 ? "certified: " : "frame " + std::to_string(frame.index) + " is certified: ") + report::text_of(certificate, enclosure);
-    if (!certificate.worst.empty()) {
+    auto const judged = [&](report::Image const& picture, report::Written const& written) {
+        auto const certificate = report::certify(enclosure, picture, written);
+        auto text = report::text_of(certificate, enclosure);
+        if (certificate.worst.empty()) return text;
         auto const& worst = certificate.worst.front();
-        text += "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y);
-    }
+        return text + "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y);
+    };
+    auto text = (frames == 1 ? "certified: " : "frame " + std::to_string(frame.index) + " is certified: ") + judged(frame.rendered.image, {});
+    if (other)
+        text += ". " + shared::one_line(options.compare->string()) + (other->ends_at_1 ? ", apart from the half level of its 8 bits: " : ": ") +
+                judged(other->image, {other->ends_at_1, other->ends_at_1 ? 0.5 / 255 : 0.0});
     return text;
 }
 
@@ -177,7 +183,7 @@ std::string certify(Options const& options, scene::Map const& map, splat::Camera
 /// is rendered, `writer` writes the frames before; their errors come first.
 void render_frames(Options const& options, scene::Map const& map, std::vector<render_map::Shot> const& shots, render_map::FrameWriter& writer,
                    tilemesh::Renderer& renderer, render_map::TraceOutput* trace, render_map::Journal* journal, Progress& progress,
-                   report::RunReport& result)
+                   std::optional<render_map::OtherPicture> const& other, report::RunReport& result)
 {
     std::optional<render_map::Instruments> watching;
     auto* const instruments = trace ? &watching.emplace(renderer) : nullptr;
@@ -236,7 +242,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         }
         if (options.reference) compare_with_references(options, map, camera, renderer.rules(), progress, frame);
         if (options.certify && shared::interrupt() == 0)
-            result.notes.push_back(certify(options, map, camera, renderer.rules(), progress, shots.size(), frame));
+            result.notes.push_back(certify(options, map, camera, renderer.rules(), progress, shots.size(), frame, other));
         add(std::move(frame));
     }
     finish_writing();
@@ -319,7 +325,7 @@ int run(Options options)
     auto* const tracing = trace ? &*trace : nullptr;
     try {
         render_map::FrameWriter writer(options, other, video.get());
-        render_frames(options, map, shots, writer, *renderer, tracing, journal ? &*journal : nullptr, progress, result);
+        render_frames(options, map, shots, writer, *renderer, tracing, journal ? &*journal : nullptr, progress, other, result);
         if (video && !result.frames.empty()) video->finish();
     } catch (std::exception const& error) {
         video.reset(); // it is not complete, so its file goes

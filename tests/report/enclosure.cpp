@@ -334,6 +334,12 @@ TEST_CASE("a certificate is never below the distance; the worst pixels are named
     CHECK(c.worst[1].x == 9);
     CHECK(c.worst[1].y == 40);
     CHECK(tests::has(report::text_of(c, e), "every channel within 129/255 of the exact formula ("));
+    // In 8 bits, half a level is its own; what is brighter than 1 is clamped.
+    auto bytes = report::render_double(s.records, s.c, s.rules, report::Cuts::same);
+    for (float& v : bytes.rgb) v = std::round(255 * std::clamp(v, 0.0f, 1.0f)) / 255;
+    CHECK(report::certify(e, bytes, {true, 0.5 / 255}).largest < 1e-4);
+    CHECK(report::certify(e, bytes, {true, 0}).largest > 0.4);
+    CHECK(report::certify(e, bytes, {false, 0.5 / 255}).largest > 1);
     picture.pixel(0, 0)[0] = std::numeric_limits<float>::quiet_NaN();
     CHECK(report::certify(e, picture).largest == std::numeric_limits<double>::infinity());
 }

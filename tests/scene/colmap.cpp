@@ -488,7 +488,7 @@ TEST_CASE("other models of a project are named")
     };
     for (auto const* model : {"project/sparse/0", "project/sparse/a", "project/sparse/2"}) std::filesystem::create_directories(folder.path() / model);
     for (auto const* model : {"project/sparse/0/", "project/sparse/a/"})
-        for (auto const& [name, text] : {std::pair{"cameras.txt", lenses}, std::pair{"images.txt", ""}}) folder.write(std::string(model) + name, text);
+        for (auto const& [name, text] : {std::pair{"cameras.txt", std::string(lenses)}, std::pair{"images.txt", std::string()}}) folder.write(std::string(model) + name, text);
     CHECK(notes_of("project").size() == 1); // where they are; an empty folder and one without a number are no other models
     CHECK(notes_of("project/sparse/0").empty());
     folder.write("project/sparse/2/cameras.txt", lenses);

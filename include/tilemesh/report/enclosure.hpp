@@ -55,7 +55,13 @@ struct Enclosure {
     double widest() const noexcept;
 };
 
-/// How far a picture is from the exact formula's, at most: for each channel |picture - middle| + radius, in 255ths ("levels").
+/// How the values of a picture were written: clamped to [0, 1], and rounded by at most `half_step`. By default, as they are.
+struct Written {
+    bool clamped = false;
+    double half_step = 0; ///< 0.5 / 255 for 8 bits
+};
+/// How far a picture is from the exact formula's, at most: for each channel |picture - middle| + radius, in 255ths ("levels"). What a picture
+/// lost when it was written (`Written`) is not counted.
 struct Certificate {
     double largest = 0, p99 = 0, median = 0; ///< levels
     std::uint64_t beyond = 0;                ///< pixels that are off by more than .01 levels
@@ -96,7 +102,7 @@ Enclosure enclose(Records const& gaussians, splat::Camera const& camera, splat::
 }
 
 /// Certifies a picture of the same size, with finite values or not: one that is not finite is infinitely far. Throws `Error` for another size.
-TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture);
+TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture, Written const& written = {});
 
 /// "every channel within 0.0918/255 of the exact formula (p99 0.00033, median 6.8e-06; 12 pixels beyond 0.01; 3 pixels decided in 113 bits)". Numbers
 /// are rounded up. If there are records that are not enclosed, or pixels that are undecided, it says so.

@@ -516,7 +516,7 @@ TILEMESH_HOST double Enclosure::widest() const noexcept
     return radius.empty() ? 0.0 : 2 * *std::max_element(radius.begin(), radius.end());
 }
 
-TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture)
+TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture, Written const& written)
 {
     if (picture.width != enclosure.width || picture.height != enclosure.height)
         throw Error("a picture of " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels (the enclosure has " +
@@ -524,8 +524,10 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
     Certificate out;
     std::vector<double> off(picture.rgb.size()), of_pixel(off.size() / 3);
     for (std::size_t i = 0; i < off.size(); ++i) {
-        // Three roundings, each of 2^-53 of the result.
-        double const levels = (std::fabs(double{picture.rgb[i]} - enclosure.middle[i]) + enclosure.radius[i]) * 255 * (1 + 0x1p-50);
+        // To clamp brings no two values farther apart. Four roundings, each of 2^-53 of the result.
+        double const middle = written.clamped ? std::clamp(enclosure.middle[i], 0.0, 1.0) : enclosure.middle[i];
+        double const away = std::fabs(double{picture.rgb[i]} - middle) - written.half_step;
+        double const levels = ((away < 0 ? 0.0 : away) + enclosure.radius[i]) * 255 * (1 + 0x1p-50);
         off[i] = std::isnan(levels) ? std::numeric_limits<double>::infinity() : levels;
         of_pixel[i / 3] = std::max(of_pixel[i / 3], off[i]);
     }
