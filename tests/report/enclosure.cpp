@@ -2,6 +2,7 @@
 // Pictures that enclose the exact formula, against the textbook's formula in binary128: covariance R S S^T R^T, J W Sigma W^T J^T, inverse. It
 // shares no formula with the enclosure, and its functions have series of their own.
 #include "../standard.hpp"
+#include <tilemesh/report/detail/ball.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/reference_double.hpp>
 
