@@ -75,7 +75,7 @@ RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double lev
                     or_else);
     out.depth = report::Plane(size.width, size.height);
     for (std::size_t i = 0; i < written.size(); ++i)
-        out.depth.values[i] = std::isnan(out.colour.rgb[3 * i]) ? 0.0f : static_cast<float>(written[i] / levels);
+        out.depth.values[i] = std::isnan(out.colour.rgb[3 * i]) || written[i] == 65535 ? 0.0f : static_cast<float>(written[i] / levels);
     return out;
 }
 

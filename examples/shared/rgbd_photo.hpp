@@ -15,7 +15,8 @@ struct RgbdPhoto {
 /// The size of a frame's picture. Throws `tilemesh::Error` for a file that is no picture.
 tilemesh::scene::Size size_of(tilemesh::scene::RgbdFrame const& frame);
 
-/// Reads the picture of a frame, PNG or JPEG, and its depth, a grey PNG of 16 bits with `levels` levels a world unit; level 0 is not known.
+/// Reads the picture of a frame, PNG or JPEG, and its depth, a grey PNG of 16 bits with `levels` levels a world unit; level 0 is
+/// not known, and 65535 neither: a sensor or a program has written what it could not.
 /// A pixel that is not opaque, or that the frame's mask leaves out (`apply_mask`), is NaN, with a depth that is not known.
 /// Throws `tilemesh::Error` for a file that cannot be read, has another size than `size`, or is no such depth, and for depths whose bytes
 /// are swapped (`has_swapped_bytes`). `or_else` is what a user may

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
@@ -27,6 +29,7 @@
 #include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/spoil.hpp>
+#include <tilemesh/track/trajectory_error.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -87,6 +90,7 @@ inline std::string lens_line(scene::Intrinsics const& lens)
 struct FirstCamera {
     tilemesh::splat::Camera camera;
     bool names_near = true;                        ///< the near plane is the file's; or there is no file
+    bool of_first_picture = false;                 ///< by its name
     std::vector<std::filesystem::path> sized_by{}; ///< pictures from which `scene::load_cameras` took sizes
 };
 inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::RgbdFrame> const& list, MapShape const& map, scene::Size size,
@@ -97,14 +101,23 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
     auto const cameras = load_cameras(o, map, size, notes, out.sized_by);
     std::vector<std::string> names;
     for (auto const& camera : cameras) names.push_back(camera.name);
-    auto const of_picture = list.empty() || cameras.size() == 1 ? std::size_t{0} : cameras_of({list.front().colour.file}, names).front();
+    std::vector<std::filesystem::path> pictures;
+    for (auto const& frame : list) pictures.push_back(frame.colour.file);
+    auto const owners = list.empty() ? std::vector<std::size_t>{0} : cameras_of(pictures, names);
+    auto const of_picture = owners.front();
+    out.of_first_picture = !list.empty() && of_picture != cameras.size();
     auto const& chosen = cameras[of_picture < cameras.size() ? of_picture : 0];
     auto const shape_of_lens = [](scene::NamedCamera const& camera) {
         auto const& c = camera.camera;
         return std::tuple{c.width, c.height, c.fx, c.fy, c.cx, c.cy};
     };
     auto const others = std::count_if(cameras.begin(), cameras.end(), [&](auto const& each) { return shape_of_lens(each) != shape_of_lens(chosen); });
-    if (of_picture == cameras.size())
+    auto const later = std::find_if(owners.begin(), owners.end(), [&](std::size_t owner) { return owner != cameras.size(); });
+    if (of_picture == cameras.size() && cameras.size() == 1 && later != owners.end()) // a lens file has the name of no picture
+        add_notes(notes, *o.cameras,
+                  {"its camera has the name of picture " + std::to_string(later - owners.begin() + 1) + " of " + std::to_string(owners.size()) +
+                   ", and gives lens and pose of the first one"});
+    if (of_picture == cameras.size() && cameras.size() != 1)
         add_notes(notes, *o.cameras,
                   {"none of its " + std::to_string(cameras.size()) + " cameras has the name of the first picture: the first one, " +
                    scene::label(chosen) + ", gives lens and pose"});
@@ -133,10 +146,12 @@ inline std::vector<scene::RgbdFrame> recording_of(SequenceOptions const& o, std:
 
 /// The poses of --trajectory for a map from which its reader subtracted `origin`; empty without the option. Throws Error for poses without time
 /// stamps that are not as many as the pictures of `list`.
-inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& first, std::array<double, 3> const& origin,
+inline scene::Trajectory poses_of(SequenceOptions const& o, FirstCamera const& camera, std::array<double, 3> const& origin,
                                   std::vector<scene::RgbdFrame> const& list, std::vector<std::string>& notes)
 {
     if (!o.trajectory) return {};
+    auto const first = scene::pose_of(camera.camera);
+    std::size_t of_first = 0; // the pose of the first picture
     auto poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
     add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
     if (o.photos && !poses.has_stamps()) {
@@ -149,6 +164,7 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& f
         std::vector<double> times;
         for (auto const& frame : list) times.push_back(frame.colour.seconds);
         auto const pose_of = nearest_poses(times, poses, scene::most_seconds_apart).of_picture; // ascends, as the times do
+        of_first = pose_of.front().value_or(poses.size());
         std::size_t shared = 0;
         for (std::size_t k = 1; k < times.size(); ++k)
             shared += pose_of[k] && pose_of[k - 1] && poses[*pose_of[k]].seconds == poses[*pose_of[k - 1]].seconds ? 1u : 0u;
@@ -157,7 +173,19 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, scene::Pose const& f
                       {std::to_string(shared) + " of " + std::to_string(list.size()) +
                        " pictures have no pose of their own, but the one of the picture before: errors include the motion between them"});
     }
-    return o.relative ? scene::relative_to_first(std::move(poses), first) : scene::relative_to_origin(std::move(poses), origin);
+    if (o.relative) return scene::relative_to_first(std::move(poses), first);
+    poses = scene::relative_to_origin(std::move(poses), origin);
+    if (camera.of_first_picture && of_first < poses.size()) { // two poses of one picture
+        auto const& given = poses[of_first].pose;
+        double extent = 0;
+        for (auto const& pose : poses) extent = std::max(extent, glm::distance(pose.pose.position, given.position));
+        auto const apart = glm::distance(given.position, first.position), degrees = track::detail::degrees_of(glm::transpose(given.rotation) * first.rotation);
+        if (apart > 0.05 * extent + 1e-9 || degrees > 2)
+            add_notes(notes, *o.trajectory,
+                      {"its pose of the first picture is " + tilemesh::significant(apart, 3) + " world units and " + tilemesh::significant(degrees, 3) +
+                       " degrees from that of " + o.cameras->filename().string() + ", and counts; --relative takes its motion alone"});
+    }
+    return poses;
 }
 
 /// Poses of a map with an origin, in the coordinates of its file.

@@ -300,13 +300,24 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
             View const& view, slam_program::Checkpoint const* checkpoint, Printer& printer)
 {
     auto const count = std::min<std::size_t>(source.count(), o.frames);
-    bool has_depth = true; // the picture that was taken last
+    bool has_depth = true;   // the picture that was taken last
+    std::size_t hidden = 0; // its depths that the near plane hides: a Gaussian there would never be drawn
     auto const take = [&](std::size_t k) {
         auto seen = source.take(k); // whole, or not at all
         if (has_depth = !seen.depth.empty(); !has_depth) seen.depth = report::Plane(seen.colour.width, seen.colour.height);
+        hidden = 0;
+        for (float& depth : seen.depth.values)
+            if (depth > 0 && depth <= lens.near_depth) depth = 0, ++hidden;
         return seen;
     };
     auto first = take(0);
+    if (hidden != 0) {
+        auto const known = hidden + static_cast<std::size_t>(std::count_if(first.depth.values.begin(), first.depth.values.end(), [](float d) { return d > 0; }));
+        auto const text = report::thousands(hidden) + " of " + report::thousands(known) + " known depths of the first picture are not beyond the near plane (" +
+                          report::significant(double{lens.near_depth}, 3) + " world units";
+        if (2 * hidden > known) throw Error(text + ", so most of the scene would not be drawn); choose a nearer one with --near");
+        printer.say("note: " + text + "), and are left out; --near moves it\n");
+    }
     Facts const facts{slam::median_depth(first.depth), map.origin, lens, [&](std::size_t k) { return source.name(k); }};
     if (!(facts.scale > 0))
         throw Error(std::string("the first picture has no known depth (") +
@@ -402,7 +413,7 @@ int run(Options const& o)
     auto const first = shared::first_camera(o, list, shared::shape_of(shown), size, !o.photos && !o.render, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
-    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);
+    auto poses = shared::poses_of(o, first, map.origin, list, notes);
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));

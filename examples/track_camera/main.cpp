@@ -254,7 +254,7 @@ int run(Options const& o)
     auto const first = shared::first_camera(o, list, shared::shape_of(map), size, !o.map, notes);
     auto const& camera = first.camera;
     auto lens = scene::lens_of(camera);
-    auto poses = shared::poses_of(o, scene::pose_of(camera), map.origin, list, notes);
+    auto poses = shared::poses_of(o, first, map.origin, list, notes);
     auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near) lens.near_depth = scene::near_for(map, first_view());

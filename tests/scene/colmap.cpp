@@ -53,6 +53,7 @@ public:
     std::filesystem::path const& path() const { return place_.path(); }
     std::filesystem::path write(std::string const& name, std::string const& bytes) const
     {
+        std::filesystem::create_directories((path() / name).parent_path());
         std::ofstream(path() / name, std::ios::binary) << bytes;
         return path() / name;
     }
@@ -478,6 +479,29 @@ TEST_CASE("a folder with both forms stands for its text model; a file stands for
     CHECK(has(error_of([&] { scene::load_cameras(none.path()); }), "a directory without cameras.txt and images.txt, or cameras.bin and images.bin"));
 }
 
+TEST_CASE("masks of a project are found by their names; a folder whose files are no masks is noted")
+{
+    TempFolder const folder;
+    folder.write("sparse/0/cameras.txt", lenses);
+    folder.write("sparse/0/images.txt", "1 1 0 0 0 0 0 0 1 cam/a.JPG\n\n");
+    auto const read = [&] {
+        std::vector<std::string> notes;
+        auto const cameras = scene::load_cameras(folder.path() / "sparse/0", &notes);
+        return std::pair{std::filesystem::path(cameras.at(0).mask).filename().string(), notes};
+    };
+    CHECK(read() == std::pair{std::string(), std::vector<std::string>{}});
+    folder.write("masks/a.JPG.png", ""); // of another folder
+    auto const [none, notes] = read();
+    CHECK(none.empty());
+    REQUIRE(notes.size() == 1);
+    CHECK(notes[0].starts_with("no file of the folder "));
+    CHECK(notes[0].ends_with("/masks is the mask of a camera (a mask is NAME.png, as cam/a.JPG.png)"));
+    for (auto const* name : {"a.PNG", "a.JPG.PNG", "a.png", "a.JPG.png"}) { // the later ones come first
+        folder.write(std::string("masks/cam/") + name, "");
+        CHECK(read() == std::pair{std::string(name), std::vector<std::string>{}});
+    }
+}
+
 TEST_CASE("other models of a project are named")
 {
     TempFolder const folder;
@@ -486,7 +510,7 @@ TEST_CASE("other models of a project are named")
         scene::load_cameras(folder.path() / path, &notes);
         return notes;
     };
-    for (auto const* model : {"project/sparse/0", "project/sparse/a", "project/sparse/2"}) std::filesystem::create_directories(folder.path() / model);
+    std::filesystem::create_directories(folder.path() / "project/sparse/2");
     for (auto const* model : {"project/sparse/0/", "project/sparse/a/"})
         for (auto const& [name, text] : {std::pair{"cameras.txt", std::string(lenses)}, std::pair{"images.txt", std::string()}}) folder.write(std::string(model) + name, text);
     CHECK(notes_of("project").size() == 1); // where they are; an empty folder and one without a number are no other models
@@ -495,7 +519,6 @@ TEST_CASE("other models of a project are named")
     auto const one = notes_of("project");
     REQUIRE(one.size() == 2);
     CHECK(one[1] == "the project has 1 other model beside this one (2): their cameras are not read");
-    std::filesystem::create_directories(folder.path() / "project/sparse/1");
     folder.write("project/sparse/1/cameras.bin", some_lenses().text);
     CHECK(notes_of("project/sparse/0") == std::vector<std::string>{"the project has 2 other models beside this one (1 and more): their cameras are not read"});
     CHECK(notes_of("project/sparse/a").empty());

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -49,8 +50,9 @@ inline bool begins_as_json(std::istream& stream)
     return false;
 }
 
-/// The cameras of a COLMAP model, with the masks of its project.
-inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std::filesystem::path const& model)
+/// The cameras of a COLMAP model, with the masks of its project. `notes`, which may be null, gets a line if there is a folder of masks and none
+/// is a camera's.
+inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std::filesystem::path const& model, std::vector<std::string>* notes)
 {
     std::error_code ignored;
     auto folder = std::filesystem::absolute(model, ignored).lexically_normal();
@@ -61,9 +63,12 @@ inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std
     for (auto& camera : cameras) {
         auto const name = std::filesystem::path(camera.name).lexically_normal();
         if (name.empty() || name.is_absolute() || *name.begin() == "..") continue; // no file below masks/
-        for (auto const& file : {masks / (camera.name + ".png"), (masks / camera.name).replace_extension(".png")})
-            if (camera.mask.empty() && std::filesystem::is_regular_file(file, ignored)) camera.mask = file.string();
+        for (auto const* const extension : {".png", ".PNG"})
+            for (auto const& file : {masks / (camera.name + extension), (masks / camera.name).replace_extension(extension)})
+                if (camera.mask.empty() && std::filesystem::is_regular_file(file, ignored)) camera.mask = file.string();
     }
+    if (notes != nullptr && !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), [](auto const& camera) { return camera.mask.empty(); }))
+        notes->push_back("no file of the folder " + shown_path(masks) + " is the mask of a camera (a mask is NAME.png, as " + cameras.front().name + ".png)");
     return cameras;
 }
 
@@ -142,11 +147,11 @@ inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, 
         return load_cameras(found, notes, distorted, size, pictures);
     }
     bool const binary = names_colmap(path) && path.extension() == ".bin"; // its first byte may be any, also a bracket
-    if (binary || std::filesystem::is_directory(path, ignored)) return detail::with_masks(load_colmap(path, distorted, notes), path);
+    if (binary || std::filesystem::is_directory(path, ignored)) return detail::with_masks(load_colmap(path, distorted, notes), path, notes);
 
     if (names_colmap(path)) {
         auto stream = detail::open_file(path, std::numeric_limits<std::uint64_t>::max(), "a camera file");
-        if (!detail::begins_as_json(stream)) return detail::with_masks(load_colmap(path, distorted, notes), path);
+        if (!detail::begins_as_json(stream)) return detail::with_masks(load_colmap(path, distorted, notes), path, notes);
     }
     // 256 MiB: a camera takes about 500 bytes, so this is half a million cameras.
     auto stream = detail::open_file(path, std::uint64_t{256} << 20, "a camera file");
