@@ -294,7 +294,7 @@ fi
 
 # --- outputs -----------------------------------------------------------------------------------
 # Without host times, and without what depends on how the target rounds (with or without fused multiplication).
-exact() { sed -E '/contributing|order by id/d; s/off by at most [0-9.e-]+/off by at most/; s/^( *(project|route|bloom|composite|picture|frame)( +[0-9]+)+) +[0-9.]+$/\1/'; }
+exact() { sed -E '/contributing|order by id/d; s/off by at most [0-9.e-]+/off by at most/; s/^( *(project|route|bloom|composite|picture|other|frame)( +[0-9]+)+) +[0-9.]+$/\1/'; }
 # marks FILE: for each block its number, `slow` or `quick`, the command, and the beginnings of its first and last line, or "-".
 marks() {
     awk '/^<!-- (slow )?output of [^ ].* -->$/ {

@@ -38,9 +38,9 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 struct Enclosure {
     /// How a pixel's decisions (cuts, footprints, the stop) were made.
     enum class Decided : std::uint8_t {
-        in_double,  ///< all of them are certain in double
-        in_quad,    ///< some needed 113 bits
-        undecided   ///< both outcomes of one are enclosed
+        in_double, ///< all of them are certain in double
+        in_quad,   ///< some needed 113 bits
+        undecided  ///< both outcomes of one are enclosed
     };
     std::uint32_t width = 0, height = 0;
     std::vector<double> middle, radius; ///< 3 * width * height, row by row from the top left, linear RGB
@@ -108,8 +108,8 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
 /// are rounded up. If there are records that are not enclosed, or pixels that are undecided, it says so.
 TILEMESH_HOST std::string text_of(Certificate const& certificate, Enclosure const& enclosure);
 
-}}} // namespace tilemesh::report
+}}} // namespace tilemesh::v0_2::report
 
 #if !defined(TILEMESH_COMPILED)
-#include <tilemesh/report/detail/enclosure_code.hpp>
+#    include <tilemesh/report/detail/enclosure_code.hpp>
 #endif

@@ -68,7 +68,8 @@ inline std::vector<NamedCamera> with_masks(std::vector<NamedCamera> cameras, std
                 if (camera.mask.empty() && std::filesystem::is_regular_file(file, ignored)) camera.mask = file.string();
     }
     if (notes != nullptr && !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), [](auto const& camera) { return camera.mask.empty(); }))
-        notes->push_back("no file of the folder " + shown_path(masks) + " is the mask of a camera (a mask is NAME.png, as " + cameras.front().name + ".png)");
+        notes->push_back("no file of the folder " + shown_path(masks) + " is the mask of a camera (a mask is NAME.png, as " +
+                         cameras.front().name + ".png)");
     return cameras;
 }
 

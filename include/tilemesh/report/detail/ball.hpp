@@ -15,14 +15,14 @@
 
 #if TILEMESH_HAS_QUAD
 TILEMESH_EXACT_BEGIN
-namespace tilemesh { inline namespace v0_2 { namespace report { namespace detail {
+namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
 /// A number of 113 bits, rounded to nearest (IEEE 754 binary128).
-#if defined(__SIZEOF_FLOAT128__)
+#    if defined(__SIZEOF_FLOAT128__)
 __extension__ typedef __float128 Quad;
-#else
+#    else
 using Quad = long double;
-#endif
+#    endif
 
 /// A real number as a ball: a middle in binary128 and a radius in double. Each operation encloses the exact result: the radius takes what the
 /// operands' radii can do, and `quad_rounding` of the result for the rounding of the middle.
@@ -38,19 +38,34 @@ struct Ball {
 /// Rounding to nearest is off by at most 2^-113 of the result; twice that, because the result is the rounded one.
 inline constexpr double quad_rounding = 0x1p-112;
 
-inline Quad magnitude(Quad v) { return v < 0 ? -v : v; }
+inline Quad magnitude(Quad v)
+{
+    return v < 0 ? -v : v;
+}
 /// |v| in double, not below. The conversion is off by 2^-53 of |v| or by 2^-1075; the product by 2^-53 again.
-inline double size_of(Quad v) { return static_cast<double>(magnitude(v)) * (1 + 0x1p-51) + 1e-300; }
+inline double size_of(Quad v)
+{
+    return static_cast<double>(magnitude(v)) * (1 + 0x1p-51) + 1e-300;
+}
 /// A radius that was added up in double, not below the exact sum: a radius has at most ten operations on values that are not negative.
-inline double up(double r) { return r * (1 + 0x1p-48) + 1e-300; }
+inline double up(double r)
+{
+    return r * (1 + 0x1p-48) + 1e-300;
+}
 
-inline Ball operator-(Ball const& a) { return {-a.v, a.r}; }
+inline Ball operator-(Ball const& a)
+{
+    return {-a.v, a.r};
+}
 inline Ball operator+(Ball const& a, Ball const& b)
 {
     Quad const v = a.v + b.v;
     return {v, up(a.r + b.r + quad_rounding * size_of(v))};
 }
-inline Ball operator-(Ball const& a, Ball const& b) { return a + -b; }
+inline Ball operator-(Ball const& a, Ball const& b)
+{
+    return a + -b;
+}
 inline Ball operator*(Ball const& a, Ball const& b)
 {
     Quad const v = a.v * b.v;
@@ -69,8 +84,14 @@ inline double upper(Ball const& a)
     auto const m = static_cast<double>(a.v);
     return m + (std::fabs(m) * 0x1p-50 + up(a.r)) * (1 + 0x1p-50);
 }
-inline double lower(Ball const& a) { return -upper(-a); }
-inline bool is_finite(Ball const& a) { return std::isfinite(upper(a)) && std::isfinite(lower(a)); }
+inline double lower(Ball const& a)
+{
+    return -upper(-a);
+}
+inline bool is_finite(Ball const& a)
+{
+    return std::isfinite(upper(a)) && std::isfinite(lower(a));
+}
 
 /// -1, 1, or nothing if the ball contains 0 or cannot say.
 inline std::optional<int> sign(Ball const& a)
@@ -92,7 +113,10 @@ inline Ball smaller(Ball const& a, Ball const& b)
     auto const s = sign(a - b);
     return !s ? hull(a, b) : *s < 0 ? a : b;
 }
-inline Ball larger(Ball const& a, Ball const& b) { return -smaller(-a, -b); }
+inline Ball larger(Ball const& a, Ball const& b)
+{
+    return -smaller(-a, -b);
+}
 
 /// e^x for |x| <= 100, by 2^10 squarings of a Taylor polynomial of degree 18: |x / 1024| < 0.1, and the rest of the series is below
 /// 0.1^19 / 19! * 1.2 < 1.1e-36.
@@ -140,6 +164,6 @@ private:
     int n_ = 0;
 };
 
-}}}} // namespace tilemesh::report::detail
+}}} // namespace tilemesh::v0_2::report::detail
 TILEMESH_EXACT_END
 #endif

@@ -23,7 +23,7 @@
 #include <vector>
 
 TILEMESH_EXACT_BEGIN
-namespace tilemesh { inline namespace v0_2 { namespace report { namespace detail {
+namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
 #if TILEMESH_HAS_QUAD
 // --- 1. projection ------------------------------------------------------------------------------------------------------
@@ -41,11 +41,14 @@ struct PixelBox {
 struct DoubleSplat {
     double x, y, along, slope, across, opacity, rho;
     double colour[3], colour_error;
-    PixelBox may, must;    ///< pixels outside `may` get nothing; pixels inside `must` are in the rules' footprint
+    PixelBox may, must; ///< pixels outside `may` get nothing; pixels inside `must` are in the rules' footprint
     std::uint32_t record;
 };
 
-inline Ball dot(Ball const* a, Ball const* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Ball dot(Ball const* a, Ball const* b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /// The view depth of a record less `less`: the sign of an exact sum. Requires finite numbers.
 inline int depth_sign(splat::Camera const& c, splat::Gaussian const& g, float less)
@@ -64,7 +67,10 @@ inline int compare_depth(splat::Camera const& c, splat::Gaussian const& a, splat
 }
 
 /// pi to 113 bits: the double nearest to it and the rest, whose own error is below 2^-108.
-inline Ball pi_ball() { return {Quad(3.141592653589793116) + Quad(1.2246467991473532e-16), 1e-31}; }
+inline Ball pi_ball()
+{
+    return {Quad(3.141592653589793116) + Quad(1.2246467991473532e-16), 1e-31};
+}
 
 /// The colour that the camera sees: the sum of real spherical harmonics with the Condon-Shortley sign, each K P_l^m(z) times the real or
 /// imaginary part of (x + i y)^m, where P_l^m is without its factor (1 - z^2)^(m / 2): by recurrence from P_m^m = (2m - 1)!!.
@@ -149,14 +155,15 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
     }
     set_colour(out, record, d);
     bool finite = lower(determinant) > 0 && lower(out.xx) > 0 && lower(out.yy) > 0 && is_finite(determinant);
-    for (Ball const* b : {&out.x, &out.y, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1], &out.colour[2]})
+    for (Ball const* b :
+         {&out.x, &out.y, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1], &out.colour[2]})
         finite = finite && is_finite(*b);
     return finite ? std::optional(out) : std::nullopt;
 }
 
-/// e^x for -700 <= x <= 0. The relative error is below 2^-49, with or without a fused operation. u = 2^-53; |r| <= .3466. Reduction: n has 10 bits and
-/// the first part of ln 2 has 28, so n times it is exact, and so is the difference from x; the second part costs u |r|. Horner's rule costs at most
-/// 2 u 1.42 |r|^k in step k: in all 4.4 u, and e^r >= .707. The rest of the series is 6e-18. The sum is below 8 u = 2^-50.
+/// e^x for -700 <= x <= 0. The relative error is below 2^-49, with or without a fused operation. u = 2^-53; |r| <= .3466. Reduction: n has
+/// 10 bits and the first part of ln 2 has 28, so n times it is exact, and so is the difference from x; the second part costs u |r|.
+/// Horner's rule costs at most 2 u 1.42 |r|^k in step k: in all 4.4 u, and e^r >= .707. The rest of the series is 6e-18. The sum is below 8 u = 2^-50.
 inline double exp_in_double(double x)
 {
     double const shifted = x * 1.4426950408889634 + 0x1.8p52;
@@ -167,7 +174,8 @@ inline double exp_in_double(double x)
     p = p * r + 1.0 / 362880, p = p * r + 1.0 / 40320, p = p * r + 1.0 / 5040;
     p = p * r + 1.0 / 720, p = p * r + 1.0 / 120, p = p * r + 1.0 / 24;
     p = p * r + 1.0 / 6, p = p * r + 0.5, p = p * r + 1.0, p = p * r + 1.0;
-    return __builtin_bit_cast(double, static_cast<std::uint64_t>(__builtin_bit_cast(std::uint64_t, p) + (__builtin_bit_cast(std::uint64_t, shifted) << 52)));
+    return __builtin_bit_cast(double,
+                              static_cast<std::uint64_t>(__builtin_bit_cast(std::uint64_t, p) + (__builtin_bit_cast(std::uint64_t, shifted) << 52)));
 }
 
 // --- 2. a splat in double ----------------------------------------------------------------------------------------------
@@ -203,12 +211,16 @@ inline bool round_splat(DoubleSplat& e, BallSplat const& b, splat::Rules const& 
     double const dx = std::sqrt(most / a), off = std::sqrt(most / c), dy = off + k * dx;
     double const ddx = x.e + u * dx * 1.01, ddy = y.e + u * dy * 1.01;
     double const doff = ddy + k * ddx + (dx + ddx) * slope.e + 1.01 * u * (off + k * dx);
-    double const dp = a * 1.01 * (2 * dx * ddx + ddx * ddx) + along.e * dx * dx + c * 1.01 * (2 * off * doff + doff * doff) + across.e * off * off + 5 * u * most;
+    double const dp =
+        a * 1.01 * (2 * dx * ddx + ddx * ddx) + along.e * dx * dx + c * 1.01 * (2 * off * doff + doff * doff) + across.e * off * off + 5 * u * most;
     e.rho = 1.02 * (std::expm1(1.02 * dp) + 1.01 * opacity.e / e.opacity + 0x1p-49 + 2 * u);
     return e.rho < 0.01;
 }
 
-inline std::int32_t pixel_of(double v, std::uint32_t size) { return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(size))); }
+inline std::int32_t pixel_of(double v, std::uint32_t size)
+{
+    return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(size)));
+}
 
 /// Sets the pixels that the rules' footprint may and must have. `t`: the half-width of the ellipse alpha = alpha_min in standard deviations.
 inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera const& c, splat::Rules const& rules, double t)
@@ -242,7 +254,9 @@ inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera cons
 inline bool is_drawable(EnclosedRecord const& record)
 {
     auto const& g = *record.gaussian;
-    auto const finite = [](auto const& values) { return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); }); };
+    auto const finite = [](auto const& values) {
+        return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
+    };
     bool all = finite(g.mean_world) && finite(g.colour) && finite(g.rotation) && finite(g.log_scale) && std::isfinite(g.opacity);
     for (float const v : g.colour) all = all && v <= 1e6f;
     for (std::uint32_t i = 0; i < 3 * splat::harmonics_per_channel(record.degree); ++i) all = all && std::isfinite(record.harmonics[i]);
@@ -279,7 +293,8 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     std::vector<std::uint32_t> seen; // both decisions are exact
     for (std::size_t i = 0; i < records.size(); ++i) {
         auto const& g = *records[i].gaussian;
-        if (is_drawable(records[i]) && g.opacity >= rules.alpha_min && depth_sign(c, g, near_depth) > 0) seen.push_back(static_cast<std::uint32_t>(i));
+        if (is_drawable(records[i]) && g.opacity >= rules.alpha_min && depth_sign(c, g, near_depth) > 0)
+            seen.push_back(static_cast<std::uint32_t>(i));
     }
     std::vector<Projected> all(seen.size());
     for_each_on(threads, all.size(), [&](std::size_t i) {
@@ -505,7 +520,9 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const>, splat::Camera c
 }
 #endif
 
-} // namespace detail
+}}} // namespace tilemesh::v0_2::report::detail
+
+namespace tilemesh { inline namespace v0_2 { namespace report {
 
 TILEMESH_HOST std::uint64_t Enclosure::count(Decided how) const noexcept
 {
@@ -543,11 +560,9 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
         if (of_pixel[i] > 0.01) places.push_back(i);
     out.beyond = places.size();
     auto const shown = std::min<std::size_t>(10, places.size());
-    std::partial_sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(shown), places.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return of_pixel[a] != of_pixel[b] ? of_pixel[a] > of_pixel[b] : a < b;
-    });
-    for (std::size_t i = 0; i < shown; ++i)
-        out.worst.push_back({places[i] % picture.width, places[i] / picture.width, of_pixel[places[i]]});
+    std::partial_sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(shown), places.end(),
+                      [&](std::uint32_t a, std::uint32_t b) { return of_pixel[a] != of_pixel[b] ? of_pixel[a] > of_pixel[b] : a < b; });
+    for (std::size_t i = 0; i < shown; ++i) out.worst.push_back({places[i] % picture.width, places[i] / picture.width, of_pixel[places[i]]});
     return out;
 }
 
@@ -565,5 +580,5 @@ TILEMESH_HOST std::string text_of(Certificate const& c, Enclosure const& e)
     return text;
 }
 
-}}} // namespace tilemesh::report
+}}} // namespace tilemesh::v0_2::report
 TILEMESH_EXACT_END

@@ -305,12 +305,13 @@ TILEMESH_HOST void add_colmap_notes(std::filesystem::path const& path, std::file
     if (!is_number(model.filename())) return;
     std::vector<std::string> others;
     for (fs::directory_iterator at(model / "..", ignored), end; !ignored && at != end; at.increment(ignored))
-        if (auto const name = at->path().filename(); is_number(name) && name != model.filename() && fs::exists(colmap_files(at->path()).cameras, ignored))
+        if (auto const name = at->path().filename();
+            is_number(name) && name != model.filename() && fs::exists(colmap_files(at->path()).cameras, ignored))
             others.push_back(name.string());
     std::sort(others.begin(), others.end());
     if (!others.empty())
-        notes.push_back("the project has " + std::to_string(others.size()) + (others.size() == 1 ? " other model" : " other models") + " beside this one (" +
-                        others.front() + (others.size() == 1 ? "" : " and more") + "): their cameras are not read");
+        notes.push_back("the project has " + std::to_string(others.size()) + (others.size() == 1 ? " other model" : " other models") +
+                        " beside this one (" + others.front() + (others.size() == 1 ? "" : " and more") + "): their cameras are not read");
 }
 } // namespace detail
 
