@@ -163,7 +163,8 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
 
 /// e^x for -700 <= x <= 0. The relative error is below 2^-49, with or without a fused operation. u = 2^-53; |r| <= .3466. Reduction: n has
 /// 10 bits and the first part of ln 2 has 28, so n times it is exact, and so is the difference from x; the second part costs u |r|.
-/// Horner's rule costs at most 2 u 1.42 |r|^k in step k: in all 4.4 u, and e^r >= .707. The rest of the series is 6e-18. The sum is below 8 u = 2^-50.
+/// Horner's rule costs at most 2 u 1.42 |r|^k in step k: in all 4.4 u, and e^r >= .707. The rest of the series is 6e-18.
+/// The sum is below 8 u = 2^-50.
 inline double exp_in_double(double x)
 {
     double const shifted = x * 1.4426950408889634 + 0x1.8p52;
