@@ -111,5 +111,5 @@ TILEMESH_HOST std::string text_of(Certificate const& certificate, Enclosure cons
 }}} // namespace tilemesh::v0_2::report
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/report/detail/enclosure_code.hpp>
+#include <tilemesh/report/detail/enclosure_code.hpp>
 #endif
