@@ -80,11 +80,12 @@ TILEMESH_HOST void MeshCore::make_bank(StoreView const& store, std::uint32_t lin
         // A thread's first piece is an eighth of its tiles, and channels are seldom full: a quarter of its tiles' memory holds all pieces. One
         // thread takes all tiles at once: it needs a stretch only for supersteps of a few tiles.
         auto const threads = std::size_t{workers_.size()}, parts = threads == 1 ? 16 : 4 * threads;
-        b.of_tiles = n * stride;
-        b.stretch_words = (store.grid.size() + parts - 1) / parts * stride;
-        auto const words = std::uint64_t{n} * stride + std::uint64_t{4} * threads * b.stretch_words;
+        auto const stretch_words = (store.grid.size() + parts - 1) / parts * stride;
+        auto const words = std::uint64_t{n} * stride + std::uint64_t{4} * threads * stretch_words;
         Arena items[2] = {Arena(words), Arena(words)};
         for (int i : {0, 1}) b.items[i] = std::move(items[i]);
+        b.of_tiles = n * stride;
+        b.stretch_words = stretch_words;
         ++exchange_;
     }
     b.capacity = capacity;

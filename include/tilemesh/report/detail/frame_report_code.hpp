@@ -48,7 +48,7 @@ TILEMESH_HOST std::ostream& operator<<(std::ostream& out, FrameReport const& r)
         bool const all = time.leaf() == "total";
         auto const sum = [&](std::string const& group) { return thousands(total(r, all ? group : group + "." + std::string(time.leaf()))); };
         auto const spent = hundredths_of(time.milliseconds(r));
-        if (all && spent > listed) stages.add_row({"other", "0", "0", ms(spent - listed)}); // checks, lists of losses, counts
+        if (all) stages.add_row({"other", "0", "0", ms(spent > listed ? spent - listed : 0)}); // checks, lists of losses, counts
         listed += spent;
         stages.add_row({all ? "frame" : std::string(time.leaf()), sum("passes"), sum("exchanges"), ms(spent)});
     }
