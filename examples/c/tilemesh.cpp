@@ -451,7 +451,8 @@ public:
             target.depth = report::Plane(size_.width, size_.height);
             std::copy(depth, depth + all, target.depth.values.begin());
             // The first picture's view is about that of the first camera.
-            if (auto const misfit = tilemesh::track::depth_misfit(target.depth, scale_, 10.0); is_first_ && !misfit.empty())
+            auto const misfit = is_first_ ? tilemesh::track::depth_misfit(target.depth, scale_, 10.0) : std::string();
+            if (!misfit.empty())
                 throw Error("a depth that is not that of the map (" + misfit + "); give depths in units of the map, with their bytes in order");
         }
         is_first_ = false;

@@ -72,7 +72,8 @@ std::string PhotographOf::why() const
     return "it may be that of \"" + one_line(others.front(), 200) + "\" or of \"" + one_line(others.back(), 200) + "\"";
 }
 
-std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std::string> const& names, std::vector<std::string> const& all)
+std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std::string> const& names, std::vector<std::string> const& all,
+                                         std::vector<fs::path> const& listed)
 {
     std::error_code refused;
     if (!fs::is_directory(folder, refused))
@@ -83,6 +84,9 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
         for (auto const& name : *list) found.emplace(name, PhotographOf{});
     std::vector<Candidate> candidates;
     for (auto const& [name, none] : found) find(folder, name, candidates);
+    std::set<fs::path> only;
+    for (auto const& file : listed) only.insert(fs::weakly_canonical(file, refused));
+    if (!listed.empty()) std::erase_if(candidates, [&](auto const& each) { return only.count(fs::weakly_canonical(each.file, refused)) == 0; });
     std::stable_sort(candidates.begin(), candidates.end(), [](auto const& a, auto const& b) { return a.key < b.key; });
 
     std::map<fs::path, std::string const*> owners;
@@ -119,7 +123,7 @@ std::vector<PhotographOf> photographs_of(fs::path const& folder, std::vector<std
 std::vector<std::size_t> cameras_of(std::vector<fs::path> const& pictures, std::vector<std::string> const& names)
 {
     auto const folder = pictures.front().parent_path();
-    auto const photographs = photographs_of(folder.empty() ? "." : folder, names, names);
+    auto const photographs = photographs_of(folder.empty() ? "." : folder, names, names, pictures);
     std::error_code ignored;
     std::map<fs::path, std::size_t> camera_of;
     for (std::size_t i = 0; i < names.size(); ++i)

@@ -23,10 +23,10 @@ struct PhotographOf {
 /// The photographs of `names` below a folder, in this order. A photograph has the camera's name, or this name with the extension of a picture
 /// behind it or in place of its own; folders at the beginning of a name may be missing. The camera with the longest common path, then the one
 /// with the nearest extension, owns a file. `all` are the names of the whole camera file: a camera that is not chosen owns files too.
-/// Throws `tilemesh::Error` if the folder is no directory, and for a camera with two files that are equally near. Cost: a few system calls for
+/// With `listed`, no other file is looked at. Throws `tilemesh::Error` if the folder is no directory, and for a camera with two files that are equally near. Cost: a few system calls for
 /// each name and folder in it.
 std::vector<PhotographOf> photographs_of(std::filesystem::path const& folder, std::vector<std::string> const& names,
-                                         std::vector<std::string> const& all);
+                                         std::vector<std::string> const& all, std::vector<std::filesystem::path> const& listed = {});
 
 /// The camera of each picture by `photographs_of` in the folder of the first one: a place in `names`, or their number for none. Requires a picture.
 std::vector<std::size_t> cameras_of(std::vector<std::filesystem::path> const& pictures, std::vector<std::string> const& names);

@@ -97,6 +97,7 @@ std::span<unsigned char const> png_chunk(std::span<unsigned char const> bytes, s
     for (std::size_t at = 8; at + 8 <= bytes.size() && !has_text(bytes, at + 4, "IDAT");) {
         auto const length = static_cast<std::size_t>(number_at(bytes, at, 4));
         if (has_text(bytes, at + 4, name)) return bytes.subspan(at, std::min(length + 12, bytes.size() - at));
+        if (length > bytes.size()) break;
         at += 12 + length;
     }
     return {};
@@ -112,7 +113,7 @@ std::uint64_t orientation(std::span<unsigned char const> tiff)
     if (!little && !has_text(tiff, 0, {"MM\0*", 4})) return 1;
     if (tiff.size() < 8) return 1;
     auto const ifd = static_cast<std::size_t>(number_at(tiff, 4, 4, little));
-    if (ifd + 2 > tiff.size()) return 1;
+    if (ifd > tiff.size() || tiff.size() - ifd < 2) return 1;
     auto const entries = static_cast<std::size_t>(number_at(tiff, ifd, 2, little));
     for (std::size_t i = 0, at = ifd + 2; i < entries && at + 12 <= tiff.size(); ++i, at += 12)
         if (number_at(tiff, at, 2, little) == 0x112) return number_at(tiff, at + 8, 2, little);

@@ -180,7 +180,7 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, FirstCamera const& c
         double extent = 0;
         for (auto const& pose : poses) extent = std::max(extent, glm::distance(pose.pose.position, given.position));
         auto const apart = glm::distance(given.position, first.position), degrees = track::detail::degrees_of(glm::transpose(given.rotation) * first.rotation);
-        if (apart > 0.05 * extent + 1e-9 || degrees > 2)
+        if (apart > 0.05 * extent + 1e-6 * (1 + glm::length(given.position)) || degrees > 2)
             add_notes(notes, *o.trajectory,
                       {"its pose of the first picture is " + tilemesh::significant(apart, 3) + " world units and " + tilemesh::significant(degrees, 3) +
                        " degrees from that of " + o.cameras->filename().string() + ", and counts; --relative takes its motion alone"});

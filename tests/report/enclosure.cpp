@@ -206,7 +206,7 @@ void compare(Sum& sum, std::uint32_t n)
     for (std::size_t i = 0; i < truth.size(); ++i) {
         Quad const off = truth[i] - Quad(e.middle[i]);
         auto const away = std::fabs(static_cast<double>(off));
-        sum.escapes += away > e.radius[i] ? 1 : 0;
+        sum.escapes += away <= e.radius[i] ? 0 : 1; // NaN is one
         if (e.decided[i / 3] == Decided::in_double && away > 0) sum.least_ratio = std::min(sum.least_ratio, e.radius[i] / away);
     }
     sum.values += truth.size();
@@ -304,6 +304,21 @@ TEST_CASE("what is not drawn, what is not enclosed, and what is refused")
     auto const e = report::enclose(std::vector{bad, bright, at_plane, huge}, c, rules);
     CHECK(e.splats == 0);
     CHECK(e.not_enclosed == std::vector<std::size_t>{3});
+    huge.log_scale[1] = -std::numeric_limits<float>::infinity(); // a size of 0 is drawn
+    CHECK(report::enclose(std::vector{huge}, c, rules).not_enclosed == std::vector<std::size_t>{0});
+    bright.colour[1] = -2e6f;
+    CHECK(report::enclose(std::vector{bright}, c, rules).splats == 0);
+    // A term that may be there may also be the last one: a dot that no ball decides takes the pixel below the limit.
+    flat.opacity = 0.9f;
+    for (float& s : flat.log_scale) s = -100;
+    auto behind = flat;
+    behind.mean_world[2] = 3, behind.id = splat::GaussianId{2}, behind.colour[0] = 0, behind.opacity = 0.8f;
+    for (float& s : behind.log_scale) s = 1;
+    splat::Rules dots;
+    dots.dilation = 0, dots.transmittance_min = 0.2f;
+    auto const both = report::enclose(std::vector{flat, behind}, c, dots);
+    CHECK(both.middle[0] - both.radius[0] <= 0.0);
+    CHECK(both.middle[0] + both.radius[0] >= 0.9);
     rules.dilation = 0;
     for (float& s : flat.log_scale) s = -100; // a dot without dilation: all of the opacity on its mean, 0 beside it
     auto const dot = report::enclose(std::vector{flat}, c, rules); // no ball tells where its mean is to 1e-43 of a pixel

@@ -237,34 +237,21 @@ protected:
         for (Direction d : news) __builtin_prefetch(ends.out_head(slot<C>(tile, d)), 1);
     }
 
-    /// Sets where the messages of a piece of n tiles go. n = 0: only keeps where the stretches are free.
-    struct Piece {
-        std::uint32_t worker, first_tile, n;
-        bool begins; ///< the first one of the thread since the exchange
-    };
+    using Piece = MeshCore::Piece;
     template <class... A>
-    TILEMESH_KERNEL void begin_piece([[maybe_unused]] Source& source, [[maybe_unused]] Piece const& piece, machine::Types<A...>) const noexcept
+    TILEMESH_KERNEL void begin_piece([[maybe_unused]] Source& source, [[maybe_unused]] Piece const& piece, machine::Types<A...>) noexcept
     {
         (begin_stream(source, piece, static_cast<std::remove_reference_t<A>*>(nullptr)), ...);
     }
     template <class X>
-    TILEMESH_KERNEL void begin_stream(Source&, Piece const&, X*) const noexcept
+    TILEMESH_KERNEL void begin_stream(Source&, Piece const&, X*) noexcept
     {
     }
     template <class C>
-    TILEMESH_KERNEL void begin_stream(Source& source, Piece const& piece, Out<C>*) const noexcept
+    TILEMESH_KERNEL void begin_stream(Source& source, Piece const& piece, Out<C>*) noexcept
     {
         constexpr auto l = Base::template index_of_link<C>;
-        auto const& bank = this->banks_[l];
-        for (Direction d : news) {
-            auto* const stretch = bank.stretch(piece.worker, d);
-            auto*& next = source.next[l][index(d)];
-            auto*& free = source.me.streams[4 * l + index(d)];
-            if (piece.begins) free = stretch;
-            else if (next >= stretch) free = next; // the memory of tiles lies before the stretches
-            bool const fits = std::size_t{piece.n} * bank.stride <= bank.stretch_words - static_cast<std::size_t>(free - stretch);
-            next = fits ? free : bank.items[bank.now].data() + (std::size_t{index(d)} * this->grid_.size() + piece.first_tile) * bank.stride;
-        }
+        source.next[l] = MeshCore::begin_stream(l, piece, this->grid_.size(), source.next[l]); // by value: `source` stays in registers
     }
 
     template <std::uint32_t... L>
@@ -285,7 +272,7 @@ protected:
         Source source{self, me, me.mail.data(), peaks, peaks + States::count,
                       self.all_ends(std::make_integer_sequence<std::uint32_t, Links::count>{}), nullptr, 0, {0, 1}, self.keeps_trace(), {}};
         std::uint32_t first = 0, last = n;
-        bool begins = std::exchange(me.exchange, self.exchange_) != self.exchange_;
+        bool begins = me.exchange != self.exchange_;
         for (bool more = together ? self.shares_.take(w, first, last) : n != 0; more; more = together && self.shares_.take(w, first, last)) {
             self.begin_piece(source, {w, tiles == nullptr ? first : tiles[first], last - first, std::exchange(begins, false)}, Arguments{});
             for (auto i = first; i < last; ++i) {
@@ -302,7 +289,10 @@ protected:
             }
             me.runs += last - first;
         }
-        if (!begins) self.begin_piece(source, {w, 0, 0, false}, Arguments{}); // another run may follow before the exchange
+        if (!begins) { // another run may follow before the exchange; a thread that took no piece has not begun
+            me.exchange = self.exchange_;
+            self.begin_piece(source, {w, 0, 0, false}, Arguments{});
+        }
         detail::tilemesh_broken_contracts = nullptr; // the next function on this thread may not be a kernel
     }
 

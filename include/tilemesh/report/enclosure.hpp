@@ -18,7 +18,8 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 ///
 /// The exact formula is that of `render_double` with the rules' cut-offs (`Cuts::same`): the numbers of the records, the camera and the rules
 /// are float32 and exact by definition, and nothing is rounded after them. Splats are in the order of exact depths, then of ids. What a file's
-/// reader did before (sigmoid, colour of degree 0) is outside.
+/// reader did before (sigmoid, colour of degree 0) is outside. As in the kernels, a record whose numbers are not finite or that has a colour above
+/// 1e6 is not drawn, and an opacity above 1 is 1.
 ///
 /// How it is proved:
 /// 1. **Projection** in balls of binary128 (detail/ball.hpp) encloses each splat of the formula. Depths and the near plane are compared as exact
@@ -46,7 +47,7 @@ struct Enclosure {
     std::vector<double> middle, radius; ///< 3 * width * height, row by row from the top left, linear RGB
     std::vector<Decided> decided;       ///< width * height
     std::uint64_t splats = 0;           ///< that may light a pixel
-    /// The numbers of records that no ball encloses: a scale beyond e^100, a covariance that may be singular. The enclosure is that of the
+    /// The numbers of records that no ball encloses: a scale beyond e^100 or below e^-100, a covariance that may be singular. The enclosure is that of the
     /// other records; with one of these it says nothing about the picture of all.
     std::vector<std::size_t> not_enclosed;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -90,6 +91,21 @@ TILEMESH_HOST void MeshCore::make_bank(StoreView const& store, std::uint32_t lin
     }
     b.capacity = capacity;
     b.stride = stride;
+}
+TILEMESH_HOST std::array<std::uint32_t*, 4> MeshCore::begin_stream(std::uint32_t link, Piece const& piece, std::uint32_t tiles,
+                                                                   std::array<std::uint32_t*, 4> last) noexcept
+{
+    auto const& bank = banks_[link];
+    for (Direction d : news) {
+        auto* const stretch = bank.stretch(piece.worker, d);
+        auto*& next = last[index(d)];
+        auto*& free = workers_[piece.worker].streams[4 * std::size_t{link} + index(d)];
+        if (piece.begins) free = stretch;
+        else if (next >= stretch) free = next; // the memory of tiles lies before the stretches
+        bool const fits = std::size_t{piece.n} * bank.stride <= bank.stretch_words - static_cast<std::size_t>(free - stretch);
+        next = fits ? free : bank.items[bank.now].data() + (std::size_t{index(d)} * tiles + piece.first_tile) * bank.stride;
+    }
+    return last;
 }
 TILEMESH_HOST void MeshCore::limit_link(StoreView const& store, std::uint32_t link, std::uint32_t items)
 {

@@ -251,15 +251,16 @@ inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera cons
     e.must = {ix.first, ix.second, iy.first, iy.second};
 }
 
-/// Is a record drawn by the formula at all? Its numbers are finite, and colours of degree 0 are at most 1e6.
+/// Is a record drawn by the kernels at all? Its numbers are finite, but for a logarithm of a size of 0, and colours are at most 1e6.
 inline bool is_drawable(EnclosedRecord const& record)
 {
     auto const& g = *record.gaussian;
     auto const finite = [](auto const& values) {
         return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
     };
-    bool all = finite(g.mean_world) && finite(g.colour) && finite(g.rotation) && finite(g.log_scale) && std::isfinite(g.opacity);
-    for (float const v : g.colour) all = all && v <= 1e6f;
+    bool all = finite(g.mean_world) && finite(g.colour) && finite(g.rotation) && std::isfinite(g.opacity);
+    for (float const v : g.log_scale) all = all && v < std::numeric_limits<float>::infinity();
+    for (float const v : g.colour) all = all && std::fabs(v) <= 1e6f;
     for (std::uint32_t i = 0; i < 3 * splat::harmonics_per_channel(record.degree); ++i) all = all && std::isfinite(record.harmonics[i]);
     return all;
 }
@@ -374,11 +375,12 @@ inline void blend_row(BoundedRow& row, DoubleSplat const& e, int px, int py, int
         double const gap = a0 > cut ? a0 - cut : cut - a0;
         double const near = gap <= d ? 1.0 : 0.0, beside = a0 >= cut - d ? 1.0 - must : 0.0;
         double const flips = (near + beside + wild > 0 ? 1.0 : 0.0) * inside;
-        double const size = wild > 0 ? e.opacity * 1.000001 : a0 + d;
+        double const size = wild > 0 ? 1.0 : a0 + d; // no alpha is larger than 1
         double s = row.s[i] + in * (t * d + u4) + flips * t * size;
         double const seen = drops > 0 ? behind : after;
         double const away = seen > limit ? seen - limit : limit - seen;
-        double const stops = away <= s * 1.000001 + t * (d + u4) ? (drops > 0 ? in0 : in) : 0.0;
+        double const there = drops > 0 ? in0 : in; // a term that may be there may be the last one
+        double const stops = away <= s * 1.000001 + t * (d + u4) ? (there > flips ? there : flips) : 0.0;
         s += stops * (drops > 0 ? t : after) * 1.01;
         row.s[i] = s;
         row.doubtful[i] = flips + stops > 0 ? 1.0 : row.doubtful[i];
@@ -542,9 +544,9 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
     Certificate out;
     std::vector<double> off(picture.rgb.size()), of_pixel(off.size() / 3);
     for (std::size_t i = 0; i < off.size(); ++i) {
-        // To clamp brings no two values farther apart. Four roundings, each of 2^-53 of the result.
+        // To clamp brings no two values farther apart. The first rounding is of 2^-53 of the difference, and the others of that of the result.
         double const middle = written.clamped ? std::clamp(enclosure.middle[i], 0.0, 1.0) : enclosure.middle[i];
-        double const away = std::fabs(double{picture.rgb[i]} - middle) - written.half_step;
+        double const apart = std::fabs(double{picture.rgb[i]} - middle), away = apart + 0x1p-52 * apart - written.half_step;
         double const levels = ((away < 0 ? 0.0 : away) + enclosure.radius[i]) * 255 * (1 + 0x1p-50);
         off[i] = std::isnan(levels) ? std::numeric_limits<double>::infinity() : levels;
         of_pixel[i / 3] = std::max(of_pixel[i / 3], off[i]);
