@@ -97,7 +97,8 @@ protected:
         bool begins; ///< the first one of the thread since the exchange
     };
     /// Where the messages of a piece go, for the four sides: `last` says where those of the piece before ended.
-    std::array<std::uint32_t*, 4> begin_stream(std::uint32_t link, Piece const& piece, std::uint32_t tiles, std::array<std::uint32_t*, 4> last) noexcept;
+    std::array<std::uint32_t*, 4> begin_stream(std::uint32_t link, Piece const& piece, std::uint32_t tiles,
+                                               std::array<std::uint32_t*, 4> last) noexcept;
     /// Runs a kernel on n tiles: the tiles listed in `tiles`, or tiles 0..n-1 if `tiles` is null. `together`: thread w runs only its share;
     /// otherwise thread w runs all n tiles.
     using RunTiles = void (*)(void* mesh, std::uint32_t w, std::uint32_t const* tiles, std::uint32_t n, bool together) noexcept;

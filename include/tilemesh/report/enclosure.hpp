@@ -47,8 +47,8 @@ struct Enclosure {
     std::vector<double> middle, radius; ///< 3 * width * height, row by row from the top left, linear RGB
     std::vector<Decided> decided;       ///< width * height
     std::uint64_t splats = 0;           ///< that may light a pixel
-    /// The numbers of records that no ball encloses: a scale beyond e^100 or below e^-100, a covariance that may be singular. The enclosure is that of the
-    /// other records; with one of these it says nothing about the picture of all.
+    /// The numbers of records that no ball encloses: a scale beyond e^100 or below e^-100, a covariance that may be singular.
+    /// The enclosure is that of the other records; with one of these it says nothing about the picture of all.
     std::vector<std::size_t> not_enclosed;
 
     std::uint64_t count(Decided how) const noexcept;
