@@ -33,7 +33,7 @@ struct Parts : Mesh<Program> {
     /// An exchange, a superstep that reads all messages, and one or two more exchanges: the next messages go into this bank or the other one.
     void exchange(bool other)
     {
-        auto const flip = [this](int step) { this->flip(*engine::program_facts<Program>.steps[step].kernel); };
+        auto const flip = [this](std::size_t step) { this->flip(*engine::program_facts<Program>.steps[step].kernel); };
         flip(0);
         Tiles::run_tiles<Hear>(static_cast<Tiles*>(this), 0, nullptr, 30, false);
         flip(1);
