@@ -399,19 +399,6 @@ std::array<double, 17> numbers_of(splat::Camera const& camera, std::array<double
 #if !defined(__EMSCRIPTEN__)
 // --- the tracker ------------------------------------------------------------------------------------------------------------
 
-/// The median depth of the pixels that a view covers by more than a half. Throws Error if there is none.
-double median_depth(tilemesh::RenderedFrame const& frame)
-{
-    std::vector<float> depths;
-    for (std::size_t i = 0; i < frame.depth.values.size(); ++i)
-        if (frame.alpha.values[i] > 0.5f) depths.push_back(frame.depth.values[i]);
-    if (depths.empty())
-        throw Error("the view of the first camera shows nothing of the map (no pixel is half covered); choose another camera");
-    auto const middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    return double{*middle};
-}
-
 /// A tracker of one map, with its mesh. The poses are those of the map without its origin.
 class Tracking {
 public:
@@ -477,7 +464,10 @@ private:
         auto const setup = render::with_planes(render::fitted(splat::setup_of<splat::Lossless>(), map.sh_degree, true, true), true, true);
         tilemesh::RendererOptions how;
         how.threads = settings.renderer.threads;
-        return median_depth(Core(map, render::checked(setup), how, {}).render(start));
+        auto const shown = Core(map, render::checked(setup), how, {}).render(start);
+        auto const depth = tilemesh::track::median_depth(shown.depth, shown.alpha);
+        if (!(depth > 0)) throw Error("the view of the first camera shows nothing of the map (no pixel is half covered); choose another camera");
+        return depth;
     }
     /// In doubles, which a pose has and a camera of floats has not.
     std::array<double, 17> numbers_of(scene::Pose const& pose, std::array<double, 3> const& origin) const

@@ -23,6 +23,7 @@
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/ply_output.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -62,12 +63,7 @@ template <class Refiner>
 float median_depth(Refiner& refiner, std::vector<View> const& views)
 {
     for (auto const& view : views) {
-        auto depths = refiner.render(view.camera).depth.values;
-        std::erase_if(depths, [](float d) { return !(d > 0); });
-        if (depths.empty()) continue;
-        auto const middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-        std::nth_element(depths.begin(), middle, depths.end());
-        return *middle;
+        if (auto const depth = tilemesh::track::median_depth(refiner.render(view.camera).depth); depth > 0) return static_cast<float>(depth);
     }
     throw Error("no camera shows anything of the map (no pixel is half covered); name the cameras of this map");
 }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -15,9 +14,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>
-#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/splat/view.hpp>
 #include <utility>
 
 namespace refine {
@@ -111,14 +108,9 @@ Views find_views(Options const& options, scene::Map const& map)
     for (auto const& view : views) pictures.push_back(view.photograph);
     shared::add_picture_notes(pictures, shared::shows_background, out.notes);
     if (masks != 0) out.notes.push_back(shared::mask_note(masks, found.size()));
-    std::ptrdiff_t hidden = 0; // in the view where the near plane hides most
-    tilemesh::splat::Camera nearest{};
-    for (auto const& view : views) {
-        auto const seen = tilemesh::splat::make_view(view.camera, {});
-        auto const n = std::count_if(map.gaussians.begin(), map.gaussians.end(), [&](auto const& g) { return scene::only_near_hides(g, seen); });
-        if (n > hidden) hidden = n, nearest = view.camera;
-    }
-    if (hidden != 0) out.notes.push_back((views.size() == 1 ? "" : "in one view, ") + shared::near_note(static_cast<std::uint64_t>(hidden), {nearest}));
+    std::vector<tilemesh::splat::Camera> seen;
+    for (auto const& view : views) seen.push_back(view.camera);
+    shared::add_near_note(map, seen, out.notes);
     auto const splits = shared::splits_of(found, options.every.value_or(8), options.every.has_value(), out.notes);
     for (std::size_t i = 0; i < views.size(); ++i)
         if (splits[i] != scene::Split::unused) (splits[i] == scene::Split::held_out ? out.held_out : out.used).push_back(std::move(views[i]));

@@ -154,8 +154,7 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
     frame.entry.error_same_cuts = error(report::Cuts::same);
 }
 
-/// Proves how far a frame is from the exact formula. Returns a note.
-/// With --compare, judges the other picture, too.
+/// Proves how far a frame is from the exact formula. With --compare, judges the other picture, too. Returns a note.
 std::string certify(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, Progress const& progress,
                     std::size_t frames, render_map::Frame const& frame, std::optional<render_map::OtherPicture> const& other)
 {

@@ -23,7 +23,9 @@ struct PhotographOf {
 /// The photographs of `names` below a folder, in this order. A photograph has the camera's name, or this name with the extension of a picture
 /// behind it or in place of its own; folders at the beginning of a name may be missing. The camera with the longest common path, then the one
 /// with the nearest extension, owns a file. `all` are the names of the whole camera file: a camera that is not chosen owns files too.
-/// With `listed`, no other file is looked at. Throws `tilemesh::Error` if the folder is no directory, and for a camera with two files that are equally near. Cost: a few system calls for
+/// With `listed`, no other file is looked at.
+///
+/// Throws `tilemesh::Error` if the folder is no directory, and for a camera with two files that are equally near. Cost: a few system calls for
 /// each name and folder in it.
 std::vector<PhotographOf> photographs_of(std::filesystem::path const& folder, std::vector<std::string> const& names,
                                          std::vector<std::string> const& all, std::vector<std::filesystem::path> const& listed = {});
@@ -42,7 +44,8 @@ void require_mask(std::filesystem::path const& mask, tilemesh::scene::Size photo
 /// "8 of 8 pictures have masks: only what is white in a mask counts"
 std::string mask_note(std::size_t masks, std::size_t pictures);
 
-/// Notes how many pictures have an alpha channel, and what that means, and how many have an Exif orientation; no note if none has. Cost: 64 KiB of each file are read.
+/// Notes how many pictures have an alpha channel, and what that means. Notes how many have an Exif orientation. Cost: 64 KiB of each file are
+/// read.
 void add_picture_notes(std::vector<std::filesystem::path> const& pictures, char const* meaning, std::vector<std::string>& notes);
 inline constexpr char const* shows_background = "transparent pixels show the background: black, or that of --background";
 

@@ -126,7 +126,8 @@ std::span<unsigned char const> exif_of(std::span<unsigned char const> bytes)
     if (!has_text(bytes, 0, "\xff\xd8")) return {};
     for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda;) {
         auto const length = static_cast<std::size_t>(number_at(bytes, at + 2, 2));
-        if (bytes[at + 1] == 0xe1 && has_text(bytes, at + 4, {"Exif\0\0", 6})) return bytes.subspan(at + 10, std::min(std::max<std::size_t>(length, 8) - 8, bytes.size() - at - 10));
+        if (bytes[at + 1] == 0xe1 && has_text(bytes, at + 4, {"Exif\0\0", 6}))
+            return bytes.subspan(at + 10, std::min(std::max<std::size_t>(length, 8) - 8, bytes.size() - at - 10));
         at += 2 + std::max<std::size_t>(length, 2);
     }
     return {};

@@ -42,6 +42,13 @@ bool is_grey_of_16_bits(fs::path const& path, std::string const& or_else)
 
 } // namespace
 
+std::vector<fs::path> pictures_of(std::vector<scene::RgbdFrame> const& list)
+{
+    std::vector<fs::path> out;
+    for (auto const& frame : list) out.push_back(frame.colour.file);
+    return out;
+}
+
 scene::Size size_of(scene::RgbdFrame const& frame)
 {
     return picture_size(frame.colour.file);

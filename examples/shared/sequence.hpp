@@ -101,9 +101,7 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
     auto const cameras = load_cameras(o, map, size, notes, out.sized_by);
     std::vector<std::string> names;
     for (auto const& camera : cameras) names.push_back(camera.name);
-    std::vector<std::filesystem::path> pictures;
-    for (auto const& frame : list) pictures.push_back(frame.colour.file);
-    auto const owners = list.empty() ? std::vector<std::size_t>{0} : cameras_of(pictures, names);
+    auto const owners = list.empty() ? std::vector<std::size_t>{0} : cameras_of(pictures_of(list), names);
     auto const of_picture = owners.front();
     out.of_first_picture = !list.empty() && of_picture != cameras.size();
     auto const& chosen = cameras[of_picture < cameras.size() ? of_picture : 0];
@@ -138,9 +136,7 @@ inline std::vector<scene::RgbdFrame> recording_of(SequenceOptions const& o, std:
     std::vector<std::string> of_list;
     auto list = scene::load_rgbd(*o.photos, o.depth ? std::optional(o.depth_within) : std::nullopt, &of_list);
     add_notes(notes, *o.photos, of_list);
-    std::vector<std::filesystem::path> pictures;
-    for (auto const& frame : list) pictures.push_back(frame.colour.file);
-    add_picture_notes(pictures, "a pixel that is not opaque is not known", notes);
+    add_picture_notes(pictures_of(list), "a pixel that is not opaque is not known", notes);
     return list;
 }
 

@@ -1,6 +1,7 @@
 #include "sequence_options.hpp"
 #include "input_rows.hpp"
 #include "photographs_of.hpp"
+#include "rgbd_photo.hpp"
 #include <algorithm>
 #include <cstddef>
 #include <tilemesh/scene/camera_json.hpp>
@@ -47,9 +48,7 @@ void add_masks(SequenceOptions const& o, tilemesh::scene::Size size, std::vector
         sizes.push_back({camera.camera.width, camera.camera.height});
     }
     if (std::all_of(masks.begin(), masks.end(), [](auto const& mask) { return mask.empty(); })) return;
-    std::vector<std::filesystem::path> pictures;
-    for (auto const& frame : photos) pictures.push_back(frame.colour.file);
-    auto const cameras = cameras_of(pictures, names);
+    auto const cameras = cameras_of(pictures_of(photos), names);
     std::size_t found = 0;
     for (std::size_t k = 0; k < photos.size(); ++k) {
         if (cameras[k] == names.size() || masks[cameras[k]].empty()) continue;

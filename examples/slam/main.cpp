@@ -300,7 +300,7 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
             View const& view, slam_program::Checkpoint const* checkpoint, Printer& printer)
 {
     auto const count = std::min<std::size_t>(source.count(), o.frames);
-    bool has_depth = true;   // the picture that was taken last
+    bool has_depth = true;  // the picture that was taken last
     std::size_t hidden = 0; // its depths that the near plane hides: a Gaussian there would never be drawn
     auto const take = [&](std::size_t k) {
         auto seen = source.take(k); // whole, or not at all
@@ -312,7 +312,8 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     };
     auto first = take(0);
     if (hidden != 0) {
-        auto const known = hidden + static_cast<std::size_t>(std::count_if(first.depth.values.begin(), first.depth.values.end(), [](float d) { return d > 0; }));
+        auto const left = std::count_if(first.depth.values.begin(), first.depth.values.end(), [](float depth) { return depth > 0; });
+        auto const known = hidden + static_cast<std::size_t>(left);
         auto const text = report::thousands(hidden) + " of " + report::thousands(known) + " known depths of the first picture are not beyond the near plane (" +
                           report::significant(double{lens.near_depth}, 3) + " world units";
         if (2 * hidden > known) throw Error(text + ", so most of the scene would not be drawn); choose a nearer one with --near");

@@ -41,6 +41,7 @@
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <tilemesh/splat/view.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/tracker.hpp>
@@ -60,17 +61,6 @@ using shared::rounded;
 using tilemesh::Error;
 using track_camera::Options;
 using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
-
-/// The median depth of what the picture shows. Throws `Error` if it shows nothing.
-double median_depth(tilemesh::RenderedFrame const& frame)
-{
-    std::vector<float> depths;
-    for (std::size_t i = 0; i < frame.depth.values.size(); ++i)
-        if (frame.alpha.values[i] > 0.5f) depths.push_back(frame.depth.values[i]);
-    if (depths.empty()) throw Error("the first view shows nothing of the map (no pixel is half covered); choose another camera or trajectory");
-    std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2), depths.end());
-    return double{depths[depths.size() / 2]};
-}
 
 /// The frames so far.
 struct Outcome {
@@ -201,7 +191,9 @@ template <class Source>
 int track_all(Options const& o, Source const& source, tilemesh::Renderer& renderer, scene::Map const& map, scene::Intrinsics const& lens, scene::Size size, scene::Pose const& start, Printer& printer)
 {
     track::PoseEvaluator evaluate{map, {size.width, size.height}, {.threads = o.threads, .tile = {o.tile.width, o.tile.height}}};
-    double const scale = median_depth(renderer.render(scene::make_camera(start, lens)));
+    auto const shown = renderer.render(scene::make_camera(start, lens));
+    double const scale = track::median_depth(shown.depth, shown.alpha);
+    if (!(scale > 0)) throw Error("the first view shows nothing of the map (no pixel is half covered); choose another camera or trajectory");
     evaluate.rules().coverage = o.coverage();
     auto& settings = evaluate.options();
     settings.with_depth = o.depth;
@@ -258,10 +250,7 @@ int run(Options const& o)
     auto const first_view = [&] { return scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens); };
     if (o.near_depth) lens.near_depth = *o.near_depth;
     else if (!first.names_near) lens.near_depth = scene::near_for(map, first_view());
-    auto const view = splat::make_view(first_view(), {});
-    auto const hides = [&](auto const& g) { return scene::only_near_hides(g, view); };
-    if (auto const hidden = std::count_if(map.gaussians.begin(), map.gaussians.end(), hides); hidden != 0)
-        notes.push_back(shared::near_note(static_cast<std::uint64_t>(hidden), {view.camera}));
+    shared::add_near_note(map, {first_view()}, notes);
     shared::add_masks(o, size, list, notes);
     auto const rendered = o.trajectory ? std::uint64_t{poses.size()} : std::uint64_t{o.frames} * o.step();
     auto const frames = std::min<std::uint64_t>(((o.photos ? list.size() : rendered) + o.step() - 1) / o.step(), o.frames);

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <tilemesh/config.hpp>
+#include <tilemesh/report/detail/enclosed_record.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -75,12 +76,6 @@ struct Certificate {
 };
 
 namespace detail {
-/// A record of any degree. `harmonics` is null for degree 0.
-struct EnclosedRecord {
-    splat::Gaussian const* gaussian;
-    float const* harmonics;
-    std::uint32_t degree;
-};
 TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::Camera const& camera, splat::Rules const& rules, unsigned threads);
 } // namespace detail
 

@@ -11,6 +11,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/slam/mapper.hpp>
+#include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/tracker.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace slam {
@@ -82,8 +83,7 @@ private:
     std::unique_ptr<Work> work_;
 };
 
-/// The median of the depths that are known; 0 if none is.
-TILEMESH_HOST double median_depth(report::Plane const& depth);
+using track::median_depth;
 
 }}} // namespace tilemesh::slam
 

@@ -31,17 +31,6 @@ TILEMESH_HOST track::TrackerOptions tracker_options()
     return o;
 }
 
-TILEMESH_HOST double median_depth(report::Plane const& depth)
-{
-    std::vector<float> known;
-    for (float const d : depth.values)
-        if (d > 0 && d < 1e18f) known.push_back(d);
-    if (known.empty()) return 0;
-    auto const middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
-    std::nth_element(known.begin(), middle, known.end());
-    return double{*middle};
-}
-
 struct Session::Work {
     SessionOptions options;
     scene::Intrinsics lens;
