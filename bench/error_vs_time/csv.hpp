@@ -143,6 +143,7 @@ inline std::vector<Field> fields_of(Row const& r, std::vector<Noise> const& nois
     part(of_mesh, r.mesh);
     result("twice_products", scientific(r.twice_products, 4));
     result("split_off", scientific(r.split_off, 4));
+    result("certified_levels", r.frames > 1 ? "NaN" : fixed(r.certified_levels + 5e-5, 4)); // rounded up
     result("popping_rmse", r.frames > 1 ? scientific(r.popping, 4) : "NaN");
     counter("lost", r.lost);
     counter("late", r.late);

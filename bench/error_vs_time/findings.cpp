@@ -71,13 +71,13 @@ void print_group(std::ostream& out, Group const& group, std::vector<Noise> const
         << "front: yes where no other of these settings has fewer pairs and no larger error; else the share of the pairs that does it\n";
     auto const* standard = find(group, "default");
     bool const sequence = is_sequence(group);
-    Table table{{"setting", "front", "pairs", "over default", "RMSE", "PSNR, dB", "max levels", "p99.9", "> 1 level", "E_cut", "E_round",
+    Table table{{"setting", "front", "pairs", "over default", "RMSE", "PSNR, dB", "max levels", "certified", "p99.9", "> 1 level", "E_cut", "E_round",
                  "E_mesh max", "modelled ms", sequence ? "popping" : "host over default"}};
     for (auto const* r : shown(group))
         table.add_row({r->setting.name, r->on_front ? "yes" : fixed(r->front_pairs, 3), thousands(r->counters.pairs),
                        standard != nullptr && ran(*standard) ? ratio(over(pairs_of(*r), pairs_of(*standard))) : "-",
                        error_of(r->total.rmse),
-                       fixed(r->total.psnr_db, 2), fixed(r->total.max_levels, 2), fixed(r->total.p999_levels, 2),
+                       fixed(r->total.psnr_db, 2), fixed(r->total.max_levels, 2), sequence ? "-" : fixed(r->certified_levels + 0.005, 2), fixed(r->total.p999_levels, 2),
                        percent(r->total.share_over_one_level), error_of(r->cut.rmse), error_of(r->round.rmse),
                        r->mesh.max_levels == 0 ? "0" : fixed(r->mesh.max_levels, 2), fixed(r->modelled_ms, 4),
                        sequence ? error_of(r->popping) : host(*r, noise)});

@@ -189,6 +189,7 @@ inline char const* not_finite(Row const& r)
     }
     for (auto const v : {r.twice_products, r.split_off})
         if (!std::isfinite(v)) return "the split of the error";
+    if (!std::isfinite(r.certified_levels)) return "the certificate";
     if (!std::isfinite(r.popping)) return "the popping";
     if (!std::isfinite(r.modelled_ms)) return "the modelled time";
     for (auto const* times : {&r.host_ms, &r.over_default})

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/joined_threads.hpp>
+#include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -247,6 +248,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
     auto const gaussians = tilemesh::scene::records<splat::Gaussian>(scene.map);
     auto const cameras = bench::cameras_of("orbit2", scene, 1, {});
     ReferencesOf const references(gaussians, cameras[1], settings.front(), options.threads);
+    auto const exact = report::enclose(gaussians, cameras[1], settings.front().rules, {.threads = options.threads, .cuts = report::Cuts::none});
     noise.scene = scene.map.name;
 
     std::vector<Row> rows;
@@ -260,6 +262,7 @@ std::vector<Row> measure_view(bench::Scene const& scene, std::vector<Setting> co
             auto const e = errors_of(machine->image(), r, true);
             take_errors(row, e);
             row.split_off = e.split_off;
+            row.certified_levels = report::certify(exact, machine->image()).largest;
             take_counters(row, e, *machine);
             if (!options.pfm.empty() && is_written(row.setting.name)) write_pictures(options.pfm, row, machine->image(), r);
             return machine;

@@ -49,6 +49,7 @@ struct Row {
     report::ErrorMeasures total{}, cut{}, round{}, mesh{};
     double twice_products = 0;       ///< 2 * mean(cut round + cut mesh + round mesh): the part of total^2 that is not in the three squares
     double split_off = 0;            ///< |total^2 - cut^2 - round^2 - mesh^2 - twice_products| / total^2
+    double certified_levels = 0;     ///< of one view: a proved bound on `total.max_levels`, against the exact formula in place of R0
     double popping = 0;              ///< of a sequence: RMSE of (this frame - the last one) - (R0 - the last R0), for the worst step
 
     // Counters of the last frame.

@@ -3,11 +3,13 @@
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
 #include "../shared/text.hpp"
+#include "certify.hpp"
 #include "choice.hpp"
 #include "explain.hpp"
 #include "frame_writer.hpp"
 #include "instruments.hpp"
 #include "journal.hpp"
+#include "judge_scenes.hpp"
 #include "limits.hpp"
 #include "machine.hpp"
 #include "options.hpp"
@@ -103,13 +105,11 @@ std::string written_files(Options const& options, report::RunReport const& run)
     auto text = run.frames.front().image;
     if (run.frames.size() > 1) text += " to " + run.frames.back().image;
     std::string separator = run.frames.size() > 1 ? ", and each as " : ", and as ";
-    for (auto const& [wanted, extension] : {std::pair(options.pfm, ".pfm"), std::pair(options.choice.depth, ".depth.pfm"),
-                                            std::pair(options.choice.alpha, ".alpha.pfm"), std::pair(options.certify && options.pfm, ".lower.pfm"),
-                                            std::pair(options.certify && options.pfm, ".upper.pfm"), std::pair(options.error_picture, ".error.png")})
-        if (wanted) {
-            text.append(separator).append(extension);
-            separator = " and ";
-        }
+    auto const extensions = render_map::picture_extensions(options);
+    for (std::size_t i = 1; i < extensions.size(); ++i) {
+        text.append(separator).append(extensions[i]);
+        separator = " and ";
+    }
     if (options.report) text += ", and " + options.report->string();
     return text;
 }
@@ -152,30 +152,6 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
     frame.entry.error = error(report::Cuts::none);
     progress.say_frame("reference 2 of 2");
     frame.entry.error_same_cuts = error(report::Cuts::same);
-}
-
-/// Proves how far a frame is from the exact formula. With --compare, judges the other picture, too. Returns a note.
-std::string certify(Options const& options, scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, Progress const& progress,
-                    std::size_t frames, render_map::Frame const& frame, std::optional<render_map::OtherPicture> const& other)
-{
-    progress.say_frame("certifying");
-    auto const enclosure = render_map::enclosure_of(map, camera, rules, options.renderer.threads);
-    if (options.pfm)
-        for (bool const upper : {false, true})
-            report::write_pfm(render_map::frame_path(options, frame.index, upper ? ".upper.pfm" : ".lower.pfm"), render_map::bound_of(enclosure, upper),
-                              render_map::outlasts(options));
-    auto const judged = [&](report::Image const& picture, report::Written const& written) {
-        auto const certificate = report::certify(enclosure, picture, written);
-        auto text = report::text_of(certificate, enclosure);
-        if (certificate.worst.empty()) return text;
-        auto const& worst = certificate.worst.front();
-        return text + "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y);
-    };
-    auto text = (frames == 1 ? "certified: " : "frame " + std::to_string(frame.index) + " is certified: ") + judged(frame.rendered.image, {});
-    if (other)
-        text += ". " + shared::one_line(options.compare->string()) + (other->ends_at_1 ? ", apart from the half level of its 8 bits: " : ": ") +
-                judged(other->image, {other->ends_at_1, other->ends_at_1 ? 0.5 / 255 : 0.0});
-    return text;
 }
 
 /// Renders and writes every frame until an interrupt, and adds it to `result`. It takes over the frames that the journal has. While a frame
@@ -240,8 +216,10 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             break;
         }
         if (options.reference) compare_with_references(options, map, camera, renderer.rules(), progress, frame);
-        if (options.certify && shared::interrupt() == 0)
-            result.notes.push_back(certify(options, map, camera, renderer.rules(), progress, shots.size(), frame, other));
+        if (options.certify && shared::interrupt() == 0) {
+            progress.say_frame("certifying");
+            result.notes.push_back(render_map::certify(options, map, camera, renderer.rules(), shots.size(), frame, other));
+        }
         add(std::move(frame));
     }
     finish_writing();
@@ -397,6 +375,13 @@ int run_arguments(int argc, char** argv)
     }
     if (options.list) {
         shared::print(shared::camera_names(options), room, std::cout);
+        return 0;
+    }
+    if (options.judge_scenes) {
+        if (!options.maps.empty())
+            throw tilemesh::Error("--judge-scenes and map " + shared::one_line(options.maps.front().string()) +
+                                  " are both given (the scenes have maps of their own); leave the map out, and judge a picture of it with --certify --compare");
+        shared::print(render_map::write_judge_scenes(options), room, std::cout);
         return 0;
     }
     shared::note_interrupts(!options.quiet && isatty(STDERR_FILENO) == 1);

@@ -37,7 +37,8 @@ constexpr Option<Options> picture_rows[] = {
     input<&Options::compare>("compare", "FILE", "compare with another renderer's picture, PFM or PNG"),
     option<&Options::error_picture>("error-picture", "", "also write frame_0000.error.png: where --photos or --compare differ"),
     option<&Options::reference>("reference", "", "compare with double precision, with and without cut-offs (slow)"),
-    option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds")};
+    option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds"),
+    option<&Options::judge_scenes>("judge-scenes", "DIR", "write 12 small maps with bounding pictures, to judge other renderers; nothing else")};
 
 constexpr Word engines[] = {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}};
 constexpr Option<Options> engine_rows[] = {

@@ -51,6 +51,10 @@ constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
                                 {".alpha.pfm", [](Options const& o) { return o.choice.alpha; }},
                                 {".lower.pfm", [](Options const& o) { return o.certify && o.pfm; }},
                                 {".upper.pfm", [](Options const& o) { return o.certify && o.pfm; }},
+                                {".depth.lower.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.depth; }},
+                                {".depth.upper.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.depth; }},
+                                {".alpha.lower.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.alpha; }},
+                                {".alpha.upper.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.alpha; }},
                                 {".error.png", [](Options const& o) { return o.error_picture; }}};
 
 /// The part of `name` after the number, if `name` is a `frame_file` of one of the first `frames` frames; otherwise empty.
@@ -131,11 +135,18 @@ std::string frame_file(std::size_t frame, std::string const& extension)
     return "frame_" + digits + extension;
 }
 
+std::vector<std::string> picture_extensions(Options const& options)
+{
+    std::vector<std::string> out;
+    for (auto const& picture : pictures)
+        if (picture.is_wanted(options)) out.emplace_back(picture.extension);
+    return out;
+}
+
 std::vector<std::string> picture_files(Options const& options, std::size_t frame)
 {
     std::vector<std::string> names;
-    for (auto const& picture : pictures)
-        if (picture.is_wanted(options)) names.push_back(frame_file(frame, std::string(picture.extension)));
+    for (auto const& extension : picture_extensions(options)) names.push_back(frame_file(frame, extension));
     return names;
 }
 

@@ -21,6 +21,9 @@ std::string frame_file(std::size_t frame, std::string const& extension);
 /// options do not ask for throws `std::logic_error`.
 std::filesystem::path frame_path(Options const& options, std::size_t frame, std::string const& extension);
 
+/// The ends of the names of a frame's pictures, ".png" first.
+std::vector<std::string> picture_extensions(Options const& options);
+
 /// The names of the pictures of a frame, in the order in which they are written.
 std::vector<std::string> picture_files(Options const& options, std::size_t frame);
 

@@ -61,6 +61,8 @@
 #include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/renderer.hpp>
+#include <tilemesh/report/causes.hpp>
+#include <tilemesh/report/certificate.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/error_measures.hpp>

@@ -317,7 +317,7 @@ TEST_CASE("error against time: every number is finite, but the PSNR of equal pic
             CHECK(verdict_of(rows).holds());
         }
     };
-    for (double Row::*each : {&Row::twice_products, &Row::split_off, &Row::popping, &Row::modelled_ms, &Row::front_pairs})
+    for (double Row::*each : {&Row::twice_products, &Row::split_off, &Row::certified_levels, &Row::popping, &Row::modelled_ms, &Row::front_pairs})
         bad([each](Row& r, double v) { r.*each = v; });
     using Errors = tilemesh::report::ErrorMeasures;
     for (auto const part : {&Row::total, &Row::cut, &Row::round, &Row::mesh})
@@ -347,7 +347,7 @@ TEST_CASE("error against time: the file begins with the columns that scripts rel
                                "shape", "key_bits", "degree", "crossing", "saturation", "channel_slots", "hops",
                                "storage_slots", "rmse", "p999_levels", "share_over_one_level", "mae", "e_cut_max",
                                "e_cut_psnr_db", "e_round_max", "e_round_psnr_db", "e_mesh_rmse", "e_mesh_psnr_db",
-                               "twice_products", "split_off", "popping_rmse", "lost", "late", "unplaced", "exchanges",
+                               "twice_products", "split_off", "certified_levels", "popping_rmse", "lost", "late", "unplaced", "exchanges",
                                "messages", "live_bytes", "capacity_bytes", "copies", "peak_storage", "peak_channel",
                                "pairs_contributing", "projected_bytes", "host_rounds", "host_ms_min", "host_ms_p20",
                                "host_ms_p80", "host_over_default", "host_over_default_low", "host_over_default_high", "claim",
@@ -361,6 +361,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     auto row = row_of("sigma 3, \"square\"", 12'345'678'901, 1.23456e-3, 4.00004);
     row.total.psnr_db = 58.16989;
     row.total.max_levels = 3.25;
+    row.certified_levels = 3.25001;
     row.setting.rules.alpha_min = 1.0f / 255.0f;
     row.setting.limits = {true, 8, 2, 300};
     row.setting.knobs = {3.5f, Shape::half_conic, 16, 4, Crossing::drop};
@@ -387,7 +388,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
         {"on_front", "0"}, {"alpha_min", "0.003921569"}, {"sigmas", "3.5"}, {"shape", "half_conic"}, {"key_bits", "16"},
         {"degree", "4"}, {"crossing", "drop"}, {"saturation", "drop"}, {"channel_slots", "8"}, {"hops", "2"},
         {"storage_slots", "300"}, {"rmse", "1.2346e-03"}, {"mae", "6.1728e-04"}, {"share_over_one_level", "0.001000"},
-        {"e_mesh_psnr_db", "inf"}, {"popping_rmse", "NaN"}, {"lost", "7"}, {"late", "8"}, {"unplaced", "9"},
+        {"e_mesh_psnr_db", "inf"}, {"certified_levels", "3.2501"}, {"popping_rmse", "NaN"}, {"lost", "7"}, {"late", "8"}, {"unplaced", "9"},
         {"exchanges", "10"}, {"messages", "11"}, {"live_bytes", "12"}, {"capacity_bytes", "13"}, {"copies", "14"},
         {"peak_storage", "15"}, {"peak_channel", "16"}, {"pairs_contributing", "17"}, {"projected_bytes", "56"},
         {"host_rounds", "5"}, {"host_ms_min", "1.0000"}, {"host_ms_p20", "1.0000"}, {"host_ms_p80", "5.0000"},
@@ -401,6 +402,7 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     }
     CHECK(table[1].at("psnr_db") == "inf");
     CHECK(table[1].at("popping_rmse") == "2.5000e-01");
+    CHECK(table[1].at("certified_levels") == "NaN");
     CHECK(table[1].at("host_ms") == "NaN"); // no times
     CHECK(table[1].at("claim") == "no claim");
     CHECK(table[1].at("on_front") == "1");

@@ -133,6 +133,10 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     f.report.unfinished = {{3, 0.5f}};
     f.error = f.error_same_cuts = measures(std::numeric_limits<double>::infinity());
     f.photograph = f.compared = comparison();
+    report::Certificate certificate;
+    certificate.not_enclosed = {3}, certificate.depth = certificate.alpha = report::Certificate::OfPlane{1, 0.5, 0.25};
+    certificate.worst = {{5, 6, 0.75, {"order", 7, 8, 0.125}}}, certificate.causes = {{"order", 2}};
+    f.certified = f.compared_certified = certificate;
     auto const ledger = all.machine.ledger;
     tilemesh::render::describe(all, tilemesh::splat::lossless, tilemesh::splat::Rules{}, tilemesh::RendererOptions{});
     all.machine.ledger = ledger;
@@ -144,14 +148,16 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     CHECK(validator.errors(report::json_of(bare)) == std::vector<std::string>{});
 
     std::set<std::string> const optional = {"image",      "depth",      "alpha", "timestamp_s",     "intrinsics_px", "world_to_camera", "modelled",
-                                            "full_tiles", "unfinished", "error", "error_same_cuts", "photograph",    "compared"};
+                                            "full_tiles", "unfinished", "error", "error_same_cuts", "photograph",    "compared",
+                                            "certified",  "compared_certified"};
     for (auto const& [change, spoiled] : json_schema::spoiled(json)) {
         auto const& how = change; // Clang 14 captures no structured binding
         CAPTURE(how);
         auto const name = how.starts_with("without ") ? how.substr(8, how.find(':') - 8) : "";
         bool const of_frame = how.ends_with(": /frames/0") && optional.contains(name);
+        bool const of_planes = how.ends_with("certified") && (name == "depth" || name == "alpha");
         bool const may_lack =
-            of_frame || how == "without made_from: " || how == "without ranks: " || how == "without note: /machine" || how == "without photographs: ";
+            of_frame || of_planes || how == "without made_from: " || how == "without ranks: " || how == "without note: /machine" || how == "without photographs: ";
         CHECK(validator.errors(spoiled).empty() == may_lack);
     }
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/report/certificate.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/json_text.hpp>
@@ -64,6 +65,66 @@ inline void write(JsonText& json, Comparison const& other)
         if (compared) json.list("largest_at", m.largest_at);
         else json.member("largest_at", nullptr);
         text("error", other.error);
+    });
+}
+
+inline void write(JsonText& json, PixelCause const& cause)
+{
+    json.object([&] {
+        json.member("word", cause.word);
+        for (auto const& [name, id] : {std::pair("id", cause.id), std::pair("other_id", cause.other_id)}) {
+            json.key(name);
+            if (id != 0) json.value(id);
+            else json.value(nullptr);
+        }
+        json.member("left_levels", cause.left);
+    });
+}
+
+inline void write(JsonText& json, Certificate const& c)
+{
+    json.object([&] {
+        for (auto const& [name, value] : {std::pair("largest_levels", c.largest), std::pair("p99_levels", c.p99), std::pair("median_levels", c.median),
+                                          std::pair("widest_interval_levels", c.widest)}) {
+            json.member(name, value);
+        }
+        for (auto const& [name, count] : {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_113_bits", c.in_quad),
+                                          std::pair("pixels_undecided", c.undecided)}) {
+            json.member(name, count);
+        }
+        json.list("rows_not_enclosed", c.not_enclosed);
+        for (auto const& [name, plane] : {std::pair("depth", &c.depth), std::pair("alpha", &c.alpha)}) {
+            if (!*plane) continue;
+            json.key(name);
+            auto const& of_plane = **plane;
+            json.object([&] {
+                json.member("largest", of_plane.largest);
+                json.member("p99", of_plane.p99);
+                json.member("median", of_plane.median);
+            });
+        }
+        json.key("causes");
+        json.array([&] {
+            for (auto const& [word, pixels] : c.causes) {
+                json.item();
+                json.object([&, &w = word, &n = pixels] {
+                    json.member("word", w);
+                    json.member("pixels", n);
+                });
+            }
+        });
+        json.key("worst");
+        json.array([&] {
+            for (auto const& pixel : c.worst) {
+                json.item();
+                json.object([&] {
+                    json.list("pixel", std::array{pixel.x, pixel.y});
+                    json.member("levels", pixel.levels);
+                    json.key("cause");
+                    write(json, pixel.cause);
+                });
+            }
+        });
     });
 }
 
@@ -147,6 +208,14 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.error_same_cuts) {
             json.key("error_same_cuts");
             write(json, *frame.error_same_cuts);
+        }
+        if (frame.certified) {
+            json.key("certified");
+            write(json, *frame.certified);
+        }
+        if (frame.compared_certified) {
+            json.key("compared_certified");
+            write(json, *frame.compared_certified);
         }
         if (frame.photograph) {
             json.key("photograph");

@@ -6,6 +6,7 @@
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/machine/tile.hpp>
+#include <tilemesh/report/certificate.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -58,6 +59,8 @@ struct RunFrame {
     std::optional<Modelled> modelled;              ///< if the machine kept a trace
     std::optional<ErrorMeasures> error;            ///< against the double reference without cut-offs
     std::optional<ErrorMeasures> error_same_cuts;  ///< against the double reference with the model's cut-offs
+    std::optional<Certificate> certified;          ///< if the exact formula was enclosed
+    std::optional<Certificate> compared_certified; ///< of the picture in `compared`, if both were asked for
     std::optional<Comparison> photograph;          ///< if photographs were asked for
     std::optional<Comparison> compared;            ///< with the picture of another renderer, if one was named
 };

@@ -39,6 +39,23 @@ std::vector<Record> records(Map const& map)
     }
 }
 
+/// Calls f with the map's records, a vector of its own degree, and returns what f returns. Throws `Error` as `require_harmonics`.
+template <class F>
+auto visit_records(Map const& map, F const& f)
+{
+    require_harmonics(map);
+    switch (map.sh_degree) {
+    case 0:
+        return f(map.gaussians);
+    case 1:
+        return f(records<splat::ShadedGaussian<1>>(map));
+    case 2:
+        return f(records<splat::ShadedGaussian<2>>(map));
+    default:
+        return f(records<splat::ShadedGaussian<3>>(map));
+    }
+}
+
 /// Returns the map with harmonics up to `degree` only. At degree 0 its colours are clamped at 0, as in a map without harmonics. A viewer
 /// without view-dependent colour shows this map. Throws `Error` as `require_harmonics`.
 TILEMESH_HOST Map at_degree(Map map, std::uint32_t degree);

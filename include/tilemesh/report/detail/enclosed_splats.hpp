@@ -26,7 +26,7 @@ namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 // --- 1. projection ------------------------------------------------------------------------------------------------------
 /// A splat of the exact formula: mean in pixels, power = along dx^2 + across (dy - slope dx)^2, and the covariance's xx and yy.
 struct BallSplat {
-    Ball x, y, along, slope, across, xx, yy, opacity, colour[3];
+    Ball x, y, z, along, slope, across, xx, yy, opacity, colour[3];
 };
 /// Pixels, half-open.
 struct PixelBox {
@@ -37,7 +37,7 @@ struct PixelBox {
 /// The same in double. At each pixel that the exact formula may light, |alpha - computed alpha| <= rho * computed alpha.
 struct DoubleSplat {
     double x, y, along, slope, across, opacity, rho;
-    double colour[3], colour_error;
+    double colour[4], colour_error, depth_error; ///< the fourth colour is the depth
     PixelBox may, must; ///< pixels outside `may` get nothing; pixels inside `must` are in the rules' footprint
     std::uint32_t record;
 };
@@ -141,6 +141,7 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
     Ball const n[3] = {v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2], v1[0] * v2[1] - v1[1] * v2[0]};
     Ball const sharp_xx = dot(v1, v1), sharp_yy = dot(v2, v2), sharp = dot(n, n), h = rules.dilation;
     BallSplat out;
+    out.z = z;
     out.xx = sharp_xx + h, out.yy = sharp_yy + h;
     Ball const determinant = sharp + h * (sharp_xx + sharp_yy) + h * h;
     out.x = Ball(c.fx) * sx + Ball(c.cx), out.y = Ball(c.fy) * sy + Ball(c.cy);
@@ -153,7 +154,7 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
     set_colour(out, record, d);
     bool finite = lower(determinant) > 0 && lower(out.xx) > 0 && lower(out.yy) > 0 && is_finite(determinant);
     for (Ball const* b :
-         {&out.x, &out.y, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1], &out.colour[2]})
+         {&out.x, &out.y, &out.z, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1], &out.colour[2]})
         finite = finite && is_finite(*b);
     return finite ? std::optional(out) : std::nullopt;
 }
@@ -200,6 +201,8 @@ inline bool round_splat(DoubleSplat& e, BallSplat const& b, splat::Rules const& 
                across = round_to_double(b.across), opacity = round_to_double(b.opacity);
     e.x = x.v, e.y = y.v, e.along = along.v, e.slope = slope.v, e.across = across.v, e.opacity = opacity.v;
     e.colour_error = 0;
+    auto const z = round_to_double(b.z);
+    e.colour[3] = z.v, e.depth_error = z.e;
     for (int k = 0; k < 3; ++k) {
         auto const c = round_to_double(b.colour[k]);
         e.colour[k] = c.v, e.colour_error = std::max(e.colour_error, c.e);
@@ -248,7 +251,8 @@ inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera cons
     e.must = {ix.first, ix.second, iy.first, iy.second};
 }
 
-/// Is a record drawn by the kernels at all? Its numbers are finite, but for a logarithm of a size of 0, and colours are at most 1e6.
+/// Is a record drawn by the kernels at all? Its numbers are finite, but for a logarithm of a size of 0, colours are at most 1e6, and the
+/// quaternion has a direction.
 inline bool is_drawable(EnclosedRecord const& record)
 {
     auto const& g = *record.gaussian;
@@ -256,6 +260,7 @@ inline bool is_drawable(EnclosedRecord const& record)
         return std::all_of(std::begin(values), std::end(values), [](float v) { return std::isfinite(v); });
     };
     bool all = finite(g.mean_world) && finite(g.colour) && finite(g.rotation) && std::isfinite(g.opacity);
+    all = all && std::any_of(std::begin(g.rotation), std::end(g.rotation), [](float q) { return q != 0; });
     for (float const v : g.log_scale) all = all && v < std::numeric_limits<float>::infinity();
     for (float const v : g.colour) all = all && std::fabs(v) <= 1e6f;
     for (std::uint32_t i = 0; i < 3 * splat::harmonics_per_channel(record.degree); ++i) all = all && std::isfinite(record.harmonics[i]);
@@ -279,9 +284,18 @@ void for_each_on(unsigned threads, std::size_t n, F const& f)
 struct EnclosedSplats {
     std::vector<DoubleSplat> splats;
     std::vector<BallSplat> balls; ///< of the same place as `splats`
-    std::vector<std::size_t> not_enclosed;
+    std::vector<std::uint64_t> not_enclosed; ///< records
+    double spread = 0; ///< no smaller than the difference of two colours, or of a colour and 0, of records in front of the camera
 };
-inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat::Camera const& c, splat::Rules const& rules, unsigned threads)
+/// What an enclosure keeps: the picture can be looked at again.
+struct EnclosedScene {
+    EnclosedSplats splats;
+    splat::Rules rules; ///< with which it was blended
+    std::vector<splat::GaussianId> ids; ///< of `splats`
+};
+/// `least_opacity`: records below are left out at once.
+inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat::Camera const& c, splat::Rules const& rules, float least_opacity,
+                                  unsigned threads)
 {
     struct Projected {
         DoubleSplat splat{};
@@ -292,7 +306,7 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     std::vector<std::uint32_t> seen; // both decisions are exact
     for (std::size_t i = 0; i < records.size(); ++i) {
         auto const& g = *records[i].gaussian;
-        if (is_drawable(records[i]) && g.opacity >= rules.alpha_min && depth_sign(c, g, near_depth) > 0)
+        if (is_drawable(records[i]) && g.opacity >= least_opacity && depth_sign(c, g, near_depth) > 0)
             seen.push_back(static_cast<std::uint32_t>(i));
     }
     std::vector<Projected> all(seen.size());
@@ -314,9 +328,14 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     });
     EnclosedSplats out;
     std::vector<std::uint32_t> order;
+    double least = 0, greatest = 0;
     std::vector<double> z(all.size()), error(all.size()); // the depths in double decide unless they are close
     for (std::uint32_t i = 0; i < all.size(); ++i) {
-        if (!all[i].enclosed) out.not_enclosed.push_back(seen[i]);
+        if (!all[i].enclosed) {
+            out.not_enclosed.push_back(seen[i]);
+            continue;
+        }
+        for (auto const& colour : all[i].ball.colour) least = std::min(least, lower(colour)), greatest = std::max(greatest, upper(colour));
         if (!all[i].visible) continue;
         order.push_back(i);
         for (int k = 0; k < 3; ++k) {
@@ -331,6 +350,8 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
         int const nearer = compare_depth(c, a, b);
         return nearer != 0 ? nearer < 0 : a.id < b.id;
     });
+    for (float const b : rules.background) least = std::min(least, double{b}), greatest = std::max(greatest, double{b});
+    out.spread = (greatest - least) * 1.000001;
     for (auto const i : order) out.splats.push_back(all[i].splat), out.balls.push_back(all[i].ball);
     return out;
 }

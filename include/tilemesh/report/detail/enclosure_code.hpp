@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <numeric>
+#include <memory>
 #include <span>
 #include <string>
 #include <tilemesh/error.hpp>
@@ -27,9 +27,9 @@ namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 // --- 3. and 4. blending in double ---------------------------------------------------------------------------------------
 inline constexpr int block_px = 16; ///< side of the blocks of pixels that have one list of splats
 
-/// A row of a block: transmittance, colours, the sum of errors, 1 where a decision is doubtful, 1 where the pixel goes on.
+/// A row of a block: transmittance, colours and depth, the sum of errors, 1 where a decision is doubtful, 1 where the pixel goes on.
 struct BoundedRow {
-    double t[block_px], c[3][block_px], s[block_px], doubtful[block_px], open[block_px];
+    double t[block_px], c[4][block_px], s[block_px], doubtful[block_px], open[block_px];
 };
 
 /// Blends one splat into the row j of the block at (px, py). It has no branches, so that a compiler can use vectors.
@@ -56,7 +56,7 @@ inline void blend_row(BoundedRow& row, DoubleSplat const& e, int px, int py, int
         double const w0 = a * t, behind = t - w0;
         double const crosses = (behind < limit ? in0 : 0.0) * drops;
         double const in = in0 - crosses, w = w0 * in, after = t - w;
-        for (int k = 0; k < 3; ++k) row.c[k][i] += w * e.colour[k];
+        for (int k = 0; k < 4; ++k) row.c[k][i] += w * e.colour[k];
         double const d = a0 * rho;
         double const gap = a0 > cut ? a0 - cut : cut - a0;
         double const near = gap <= d ? 1.0 : 0.0, beside = a0 >= cut - d ? 1.0 - must : 0.0;
@@ -79,17 +79,18 @@ inline void blend_row(BoundedRow& row, DoubleSplat const& e, int px, int py, int
 /// Where balls do not decide either, both outcomes are enclosed: a term is the hull of 0 and itself; a stop adds the picture so far to a
 /// hull, and the pixel goes on. By induction over the terms, each execution of exact real arithmetic either stops at a term whose picture is in
 /// the hull, or is enclosed by the state that goes on.
-inline Enclosure::Decided blend_pixel(Ball (&colour)[3], std::int32_t x, std::int32_t y, EnclosedSplats const& p, std::span<std::uint32_t const> list,
+/// `sums`: colours, depths, transmittance.
+inline Enclosure::Decided blend_pixel(Ball (&sums)[5], std::int32_t x, std::int32_t y, EnclosedSplats const& p, std::span<std::uint32_t const> list,
                                       splat::Rules const& rules)
 {
-    Ball t = 1, c[3], hulls[3];
+    Ball t = 1, c[4];
     bool have_hull = false, stopped = false;
     auto decided = Enclosure::Decided::in_quad;
     bool const drops = rules.stop == splat::Stop::before_crossing;
     auto const keep = [&] {
-        for (int k = 0; k < 3; ++k) {
-            Ball const now = c[k] + t * Ball(rules.background[k]);
-            hulls[k] = have_hull ? hull(hulls[k], now) : now;
+        for (int k = 0; k < 5; ++k) {
+            Ball const now = k == 4 ? t : k == 3 ? c[k] : c[k] + t * Ball(rules.background[k]);
+            sums[k] = have_hull ? hull(sums[k], now) : now;
         }
         have_hull = true;
     };
@@ -125,7 +126,7 @@ inline Enclosure::Decided blend_pixel(Ball (&colour)[3], std::int32_t x, std::in
             break;
         }
         if (drops && !stops) keep(), decided = Enclosure::Decided::undecided;
-        for (int k = 0; k < 3; ++k) c[k] = c[k] + w * b.colour[k];
+        for (int k = 0; k < 4; ++k) c[k] = c[k] + w * (k == 3 ? b.z : b.colour[k]);
         t = behind;
         if (!drops && stops && *stops < 0) {
             stopped = true, keep();
@@ -134,21 +135,44 @@ inline Enclosure::Decided blend_pixel(Ball (&colour)[3], std::int32_t x, std::in
         if (!drops && !stops) keep(), decided = Enclosure::Decided::undecided;
     }
     if (!stopped) keep();
-    for (int k = 0; k < 3; ++k) colour[k] = hulls[k];
     return decided;
 }
 
+/// An interval as its middle and half of its width, outward.
+inline Rounded middle_of(double low, double high)
+{
+    double const middle = 0.5 * (low + high);
+    return {middle, up(std::max(high - middle, middle - low)) + 0x1p-51 * std::fabs(middle)};
+}
+/// sum(w z) / sum(w) between the depths of a pixel's terms, where sum(w) is 1 - t; 0 without a term.
+inline Rounded depth_of(Rounded const& sum, Rounded const& t, double nearest, double farthest)
+{
+    if (sum.v == 0 && sum.e == 0) return {0, 0};
+    constexpr double wider = 1 + 0x1p-49;
+    double const least = (1 - t.v - t.e) - 0x1p-51, most = (1 - t.v + t.e) + 0x1p-51;
+    if (!(least > 0)) return middle_of(0, farthest * wider);
+    return middle_of(std::max((sum.v - sum.e) / (most * wider), nearest / wider), std::min((sum.v + sum.e) / least * wider, farthest * wider));
+}
+
 /// Encloses the pixels of one block.
-inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& p, std::span<std::uint32_t const> list, splat::Rules const& rules)
+inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& p, std::span<std::uint32_t const> list, splat::Rules const& rules,
+                          double tail)
 {
     BoundedRow rows[block_px];
     for (auto& row : rows)
-        for (int i = 0; i < block_px; ++i) row.t[i] = row.open[i] = 1, row.c[0][i] = row.c[1][i] = row.c[2][i] = row.s[i] = row.doubtful[i] = 0;
-    double spread[3], colour_error = 0;
-    for (int k = 0; k < 3; ++k) {
-        double low = rules.background[k], high = low;
+        for (int i = 0; i < block_px; ++i)
+            row.t[i] = row.open[i] = 1, row.c[0][i] = row.c[1][i] = row.c[2][i] = row.c[3][i] = row.s[i] = row.doubtful[i] = 0;
+    double spread[4], nearest = std::numeric_limits<double>::infinity(), farthest = 0, colour_error = 0;
+    for (int k = 0; k < 4; ++k) {
+        double low = k == 3 ? 0.0 : double{rules.background[k]}, high = low;
         for (auto const n : list) low = std::min(low, p.splats[n].colour[k]), high = std::max(high, p.splats[n].colour[k]);
         spread[k] = std::max({high - low, high, -low}) * 1.000001;
+    }
+    double depth_error = 0;
+    for (auto const n : list) {
+        auto const& e = p.splats[n];
+        nearest = std::min(nearest, e.colour[3] - e.depth_error), farthest = std::max(farthest, e.colour[3] + e.depth_error);
+        colour_error = std::max(colour_error, e.colour_error), depth_error = std::max(depth_error, e.depth_error);
     }
     for (std::size_t n = 0; n < list.size(); ++n) {
         if (n % 32 == 31 && std::none_of(std::begin(rows), std::end(rows), [](BoundedRow const& row) {
@@ -156,38 +180,59 @@ inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& 
             }))
             break;
         auto const& e = p.splats[list[n]];
-        colour_error = std::max(colour_error, e.colour_error);
         for (int j = std::max(e.may.y0 - py, 0); j < std::min(e.may.y1 - py, block_px); ++j) blend_row(rows[j], e, px, py, j, rules);
     }
     for (int j = 0; j < block_px && static_cast<std::uint32_t>(py + j) < out.height; ++j)
         for (int i = 0; i < block_px && static_cast<std::uint32_t>(px + i) < out.width; ++i) {
             auto const at = std::size_t{out.width} * static_cast<std::uint32_t>(py + j) + static_cast<std::uint32_t>(px + i);
             auto const& row = rows[j];
-            for (int k = 0; k < 3; ++k) {
-                out.middle[3 * at + static_cast<std::size_t>(k)] = row.c[k][i] + row.t[i] * double{rules.background[k]};
-                // The weights of a pixel sum to at most 1 + S.
-                out.radius[3 * at + static_cast<std::size_t>(k)] = spread[k] * (row.s[i] * 1.000001 + 0x1p-50) + colour_error * (1.000001 + row.s[i]);
+            double const s = row.s[i] * 1.000001 + 0x1p-50;
+            Rounded sums[5];
+            for (int k = 0; k < 4; ++k) { // the weights of a pixel sum to at most 1 + S
+                double const error = k == 3 ? depth_error : colour_error;
+                sums[k] = {row.c[k][i] + (k == 3 ? 0.0 : row.t[i] * double{rules.background[k]}), spread[k] * s + error * (1.000001 + row.s[i])};
             }
-            if (row.doubtful[i] == 0) continue;
-            Ball c[3];
-            out.decided[at] = blend_pixel(c, px + i, py + j, p, list, rules);
-            for (int k = 0; k < 3; ++k) { // the narrower one of the two
-                auto const [m, r] = round_to_double(c[k]);
-                auto const channel = 3 * at + static_cast<std::size_t>(k);
-                if (r < out.radius[channel]) out.middle[channel] = m, out.radius[channel] = r;
+            sums[4] = {row.t[i], s};
+            if (row.t[i] == 1 && row.s[i] == 0) sums[3] = {0, 0}, sums[4] = {1, 0}; // no term
+            if (row.doubtful[i] != 0) {
+                Ball balls[5];
+                out.decided[at] = blend_pixel(balls, px + i, py + j, p, list, rules);
+                for (int k = 0; k < 5; ++k) // the narrower one of the two
+                    if (auto const narrow = round_to_double(balls[k]); narrow.e < sums[k].e) sums[k] = narrow;
             }
+            for (std::size_t k = 0; k < 3; ++k) out.middle[3 * at + k] = sums[k].v, out.radius[3 * at + k] = sums[k].e + tail;
+            if (out.alpha.middle.empty()) continue;
+            auto const alpha = middle_of(1 - sums[4].v - sums[4].e, 1 - sums[4].v + sums[4].e), depth = depth_of(sums[3], sums[4], nearest, farthest);
+            out.alpha.middle[at] = alpha.v, out.alpha.radius[at] = sums[4].e == 0 && sums[4].v == 1 ? 0 : alpha.e + 0x1p-52;
+            out.depth.middle[at] = depth.v, out.depth.radius[at] = depth.e;
         }
 }
 
-TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::Camera const& camera, splat::Rules const& rules, unsigned threads)
+TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::Camera const& camera, splat::Rules const& given,
+                                EncloseOptions const& options)
 {
+    constexpr float faintest = 1e-12f; // of a term without cut-offs
+    bool const whole = options.cuts == Cuts::none;
+    if (whole && options.planes) throw Error("no enclosure of depth and alpha without cut-offs (a pixel that shows next to nothing has any depth); take Cuts::same");
+    auto rules = given;
+    if (whole)
+        rules.alpha_min = faintest, rules.alpha_max = 1, rules.transmittance_min = 0, rules.stop = splat::Stop::after_crossing,
+        rules.footprint = splat::Footprint::opacity_box;
     if (!(rules.alpha_min >= 1e-30f))
         throw Error("an enclosure for an alpha_min of " + significant(double{rules.alpha_min}, 3) +
                     " (each record lights each pixel, in what a double cannot tell from nothing); give one of 1e-30 or more");
-    auto const p = project_all(records, camera, rules, threads);
-    Enclosure out{camera.width, camera.height, {}, {}, {}, p.splats.size(), p.not_enclosed};
+    auto scene = std::make_shared<EnclosedScene>();
+    scene->splats = project_all(records, camera, rules, whole ? std::numeric_limits<float>::min() : rules.alpha_min, options.threads);
+    scene->rules = rules;
+    auto const& p = scene->splats;
+    for (auto const& splat : p.splats) scene->ids.push_back(records[splat.record].gaussian->id);
+    double const tail = whole ? 1.000001 * double{faintest} * static_cast<double>(records.size()) * p.spread : 0.0;
+    Enclosure out;
+    out.width = camera.width, out.height = camera.height, out.splats = p.splats.size(), out.not_enclosed = p.not_enclosed, out.scene = scene;
     auto const pixels = std::size_t{camera.width} * camera.height;
     out.middle.resize(3 * pixels), out.radius.resize(3 * pixels), out.decided.resize(pixels, Enclosure::Decided::in_double);
+    if (options.planes)
+        for (auto* const plane : {&out.depth, &out.alpha}) plane->middle.resize(pixels), plane->radius.resize(pixels);
     auto const columns = (camera.width + block_px - 1) / block_px, rows = (camera.height + block_px - 1) / block_px;
     std::vector<std::vector<std::uint32_t>> lists(std::size_t{columns} * rows); // front to back
     for (std::uint32_t n = 0; n < p.splats.size(); ++n) {
@@ -196,14 +241,14 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
             for (int x = may.x0 / block_px; x <= (may.x1 - 1) / block_px; ++x)
                 lists[std::size_t{columns} * static_cast<std::uint32_t>(y) + static_cast<std::uint32_t>(x)].push_back(n);
     }
-    for_each_on(threads, lists.size(), [&](std::size_t at) {
+    for_each_on(options.threads, lists.size(), [&](std::size_t at) {
         auto const x = static_cast<int>(at % columns), y = static_cast<int>(at / columns);
-        enclose_block(out, x * block_px, y * block_px, p, lists[at], rules);
+        enclose_block(out, x * block_px, y * block_px, p, lists[at], rules, tail);
     });
     return out;
 }
 #else
-TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const>, splat::Camera const&, splat::Rules const&, unsigned)
+TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const>, splat::Camera const&, splat::Rules const&, EncloseOptions const&)
 {
     throw Error("no enclosure on this host (it has no numbers of 113 bits, or rounds doubles twice); take x86-64 or 64-bit ARM");
 }
@@ -222,28 +267,47 @@ TILEMESH_HOST double Enclosure::widest() const noexcept
     return radius.empty() ? 0.0 : 2 * *std::max_element(radius.begin(), radius.end());
 }
 
-TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture, Written const& written)
+namespace detail {
+/// For each channel, how far a picture is off at most, in levels.
+TILEMESH_HOST std::vector<double> levels_off(Enclosure const& enclosure, Image const& picture, Written const& written)
 {
     if (picture.width != enclosure.width || picture.height != enclosure.height)
         throw Error("a picture of " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels (the enclosure has " +
                     std::to_string(enclosure.width) + " x " + std::to_string(enclosure.height) + "); take the picture of this camera");
-    Certificate out;
-    std::vector<double> off(picture.rgb.size()), of_pixel(off.size() / 3);
+    std::vector<double> off(picture.rgb.size());
     for (std::size_t i = 0; i < off.size(); ++i) {
         // To clamp brings no two values farther apart. The first rounding is of 2^-53 of the difference, and the others of that of the result.
         double const middle = written.clamped ? std::clamp(enclosure.middle[i], 0.0, 1.0) : enclosure.middle[i];
         double const apart = std::fabs(double{picture.rgb[i]} - middle), away = apart + 0x1p-52 * apart - written.half_step;
         double const levels = ((away < 0 ? 0.0 : away) + enclosure.radius[i]) * 255 * (1 + 0x1p-50);
         off[i] = std::isnan(levels) ? std::numeric_limits<double>::infinity() : levels;
-        of_pixel[i / 3] = std::max(of_pixel[i / 3], off[i]);
     }
-    if (off.empty()) return out;
-    auto const quantile = [&](std::vector<double>& values, double q) {
-        auto const at = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(q * static_cast<double>(values.size() - 1)));
-        std::nth_element(values.begin(), at, values.end());
-        return *at;
-    };
-    out.largest = quantile(off, 1.0), out.p99 = quantile(off, 0.99), out.median = quantile(off, 0.5);
+    return off;
+}
+inline double quantile(std::vector<double>& values, double q)
+{
+    if (values.empty()) return 0;
+    auto const at = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(q * static_cast<double>(values.size() - 1)));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+/// One unit of the third digit more than the nearest three digits is not below the number.
+inline std::string not_below(double value)
+{
+    return value > 0 && std::isfinite(value) ? significant(value * 1.01, 3) : significant(value, 3);
+}
+} // namespace detail
+
+TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& picture, Written const& written)
+{
+    using Decided = Enclosure::Decided;
+    auto off = detail::levels_off(enclosure, picture, written);
+    Certificate out;
+    out.in_quad = enclosure.count(Decided::in_quad), out.undecided = enclosure.count(Decided::undecided);
+    out.widest = 255 * enclosure.widest(), out.not_enclosed = enclosure.not_enclosed;
+    std::vector<double> of_pixel(off.size() / 3);
+    for (std::size_t i = 0; i < off.size(); ++i) of_pixel[i / 3] = std::max(of_pixel[i / 3], off[i]);
+    out.largest = detail::quantile(off, 1.0), out.p99 = detail::quantile(off, 0.99), out.median = detail::quantile(off, 0.5);
     std::vector<std::uint32_t> places;
     for (std::uint32_t i = 0; i < of_pixel.size(); ++i)
         if (of_pixel[i] > 0.01) places.push_back(i);
@@ -251,22 +315,41 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
     auto const shown = std::min<std::size_t>(10, places.size());
     std::partial_sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(shown), places.end(),
                       [&](std::uint32_t a, std::uint32_t b) { return of_pixel[a] != of_pixel[b] ? of_pixel[a] > of_pixel[b] : a < b; });
-    for (std::size_t i = 0; i < shown; ++i) out.worst.push_back({places[i] % picture.width, places[i] / picture.width, of_pixel[places[i]]});
+    for (std::size_t i = 0; i < shown; ++i) out.worst.push_back({places[i] % picture.width, places[i] / picture.width, of_pixel[places[i]], {}});
     return out;
 }
 
-TILEMESH_HOST std::string text_of(Certificate const& c, Enclosure const& e)
+TILEMESH_HOST Certificate::OfPlane certify(Enclosure::OfPlane const& enclosure, Plane const& plane)
 {
-    // One unit of the third digit more than the nearest three digits is not below the number.
-    auto const shown = [](double levels) { return levels > 0 && std::isfinite(levels) ? significant(levels * 1.01, 3) : significant(levels, 3); };
-    using Decided = Enclosure::Decided;
-    auto text = "every channel within " + shown(c.largest) + "/255 of the exact formula (p99 " + shown(c.p99) + ", median " + shown(c.median) + "; " +
-                std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(e.count(Decided::in_quad)) + " decided in 113 bits, " +
-                std::to_string(e.count(Decided::undecided)) + " undecided)";
-    if (!e.not_enclosed.empty())
-        text += "; NOT for the whole map: no interval encloses " + std::to_string(e.not_enclosed.size()) + " records, the first is row " +
-                std::to_string(e.not_enclosed.front());
+    if (plane.values.size() != enclosure.middle.size())
+        throw Error("a plane of " + std::to_string(plane.values.size()) + " pixels (the enclosure has " + std::to_string(enclosure.middle.size()) +
+                    "); take the plane of this camera, and an enclosure with planes");
+    std::vector<double> off(plane.values.size());
+    for (std::size_t i = 0; i < off.size(); ++i) {
+        double const away = (std::fabs(double{plane.values[i]} - enclosure.middle[i]) + enclosure.radius[i]) * (1 + 0x1p-50);
+        off[i] = std::isnan(away) ? std::numeric_limits<double>::infinity() : away;
+    }
+    return {detail::quantile(off, 1.0), detail::quantile(off, 0.99), detail::quantile(off, 0.5)};
+}
+
+TILEMESH_HOST std::string text_of(Certificate const& c)
+{
+    using detail::not_below;
+    auto text = "every channel within " + not_below(c.largest) + "/255 of the exact formula (p99 " + not_below(c.p99) + ", median " + not_below(c.median) +
+                "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_quad) + " decided in 113 bits, " +
+                std::to_string(c.undecided) + " undecided)";
+    if (!c.not_enclosed.empty())
+        text += "; NOT for the whole map: no interval encloses " + std::to_string(c.not_enclosed.size()) + " records, the first is row " +
+                std::to_string(c.not_enclosed.front());
+    for (auto const& [name, plane] : {std::pair("depth", &c.depth), std::pair("alpha", &c.alpha)})
+        if (*plane) text += std::string("; ") + name + " " + text_of(**plane);
+    for (auto const& [word, pixels] : c.causes) text += (&word == &c.causes.front().first ? "; by " : ", ") + word + " " + std::to_string(pixels);
     return text;
+}
+
+TILEMESH_HOST std::string text_of(Certificate::OfPlane const& c)
+{
+    return "within " + detail::not_below(c.largest) + " (p99 " + detail::not_below(c.p99) + ", median " + detail::not_below(c.median) + ")";
 }
 
 }}} // namespace tilemesh::v0_2::report
