@@ -37,7 +37,9 @@ namespace {
 void write_bounds(render_map::Options const& options, std::size_t frame, tilemesh::report::Enclosure const& e)
 {
     for (bool const upper : {false, true}) {
-        auto const path = [&](std::string const& what) { return render_map::frame_path(options, frame, what + (upper ? ".upper.pfm" : ".lower.pfm")); };
+        auto const path = [&](std::string const& what) {
+            return render_map::frame_path(options, frame, what + (upper ? ".upper.pfm" : ".lower.pfm"));
+        };
         tilemesh::report::write_pfm(path(""), render_map::bound_of(e, upper), render_map::outlasts(options));
         auto const plane = [&](std::string const& what, tilemesh::report::Enclosure::OfPlane const& of) {
             Plane out{e.width, e.height};

@@ -31,7 +31,8 @@ report::Image render(std::vector<Record> const& records, splat::Camera const& c,
     std::vector<ReferenceSplat> all;
     auto const cuts = report::cut_offs(rules);
     for (auto const& g : records)
-        if (auto const s = report::detail::project_reference(g, c, rules, cuts); s && static_cast<std::uint32_t>(g.id) != faults.without) all.push_back(*s);
+        if (auto const s = report::detail::project_reference(g, c, rules, cuts); s && static_cast<std::uint32_t>(g.id) != faults.without)
+            all.push_back(*s);
     auto const key = [&](ReferenceSplat const& s) { return faults.coarse_depth ? std::floor(s.depth / 10 * 65535) : s.depth; }; // 16 bits of 10 m
     std::stable_sort(all.begin(), all.end(), [&](auto const& a, auto const& b) { return key(a) < key(b); });
     for (std::size_t i = 0; i + 1 < all.size(); ++i)

@@ -97,7 +97,24 @@ Textbook textbook(std::vector<Record> const& records, splat::Camera const& c, sp
                     for (int n = 0; n < 3; ++n) cov[i][k] += m[i][j] * scale[j][n] * m[k][n];
         Quad const a = cov[0][0] + Quad(rules.dilation), b = cov[0][1], e = cov[1][1] + Quad(rules.dilation), det = a * e - b * b;
         if (!(det > 0)) continue;
-        Splat s{c.fx * v[0] / v[2] + c.cx, c.fy * v[1] / v[2] + c.cy, e / det, -b / det, a / det, v[2], Quad(g.opacity), {}, 0, 1e6, 0, 1e6, 0, 0, 0, 0, 0, g.id};
+        Splat s{c.fx * v[0] / v[2] + c.cx,
+                c.fy * v[1] / v[2] + c.cy,
+                e / det,
+                -b / det,
+                a / det,
+                v[2],
+                Quad(g.opacity),
+                {},
+                0,
+                1e6,
+                0,
+                1e6,
+                0,
+                0,
+                0,
+                0,
+                0,
+                g.id};
         if (rules.coverage == splat::Coverage::preserved)
             s.opacity *= root(more(Quad(25) / 1000000, (cov[0][0] * cov[1][1] - b * b) / det));
         for (int k = 0; k < 3; ++k) s.colour[k] = g.colour[k];
@@ -118,7 +135,8 @@ Textbook textbook(std::vector<Record> const& records, splat::Camera const& c, sp
             auto const last = [&](Quad mean) { return 16 * rounded_down((mean + Quad(14.5) + half) / 16) - 1; };
             s.x0 = first(s.x), s.x1 = last(s.x), s.y0 = first(s.y), s.y1 = last(s.y);
         }
-        s.xd = static_cast<double>(s.x), s.yd = static_cast<double>(s.y), s.xxd = static_cast<double>(s.xx), s.xyd = static_cast<double>(s.xy), s.yyd = static_cast<double>(s.yy);
+        s.xd = static_cast<double>(s.x), s.yd = static_cast<double>(s.y), s.xxd = static_cast<double>(s.xx), s.xyd = static_cast<double>(s.xy),
+        s.yyd = static_cast<double>(s.yy);
         all.push_back(s);
     }
     std::sort(all.begin(), all.end(), [](Splat const& a, Splat const& b) { return a.z != b.z ? a.z < b.z : a.id < b.id; });
@@ -232,8 +250,10 @@ void compare(Sum& sum, std::uint32_t n)
     sum.add(truth.rgb, e.middle, e.radius, [&](std::size_t i, double away) {
         if (e.decided[i / 3] == Decided::in_double && away > 0) sum.least_ratio = std::min(sum.least_ratio, e.radius[i] / away);
     });
-    sum.add(truth.depth, e.depth.middle, e.depth.radius, [&](std::size_t i, double) { sum.widest_plane = std::max(sum.widest_plane, e.depth.radius[i]); });
-    sum.add(truth.alpha, e.alpha.middle, e.alpha.radius, [&](std::size_t i, double) { sum.widest_plane = std::max(sum.widest_plane, e.alpha.radius[i]); });
+    sum.add(truth.depth, e.depth.middle, e.depth.radius,
+            [&](std::size_t i, double) { sum.widest_plane = std::max(sum.widest_plane, e.depth.radius[i]); });
+    sum.add(truth.alpha, e.alpha.middle, e.alpha.radius,
+            [&](std::size_t i, double) { sum.widest_plane = std::max(sum.widest_plane, e.alpha.radius[i]); });
     if (n % 16 == 3) { // without cut-offs
         auto rules = s.rules;
         rules.alpha_min = 1e-20f, rules.alpha_max = 1, rules.transmittance_min = 0, rules.stop = splat::Stop::after_crossing;

@@ -36,8 +36,8 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
 /// - "rounding": none of them, and the pixel is off by no more than half a float16's last bit for each of its terms;
 /// - "unknown".
 ///
-/// If more than half of these pixels are not by order, cut or stop, and more than .5 % of the picture is off, then the whole picture is rendered with
-/// other rules, each by itself: another background, no dilation, a dilation of .1 or .3, coverage preserved or not, other limits, the footprints,
+/// If more than half of these pixels are not by order, cut or stop, and more than .5 % of the picture is off, then the whole picture is
+/// rendered with other rules, each by itself: another background, no dilation, a dilation of .1 or .3, coverage preserved or not, other limits, the footprints,
 /// harmonics left out. If one leaves at most a tenth of the error of at least half of all pixels that are off, it is the cause of those.
 ///
 /// It is a most likely cause, no proof: the certificate is the proof. Cost: some ns for each of these pixels and splats; other rules cost one `render_double` each.
@@ -47,7 +47,8 @@ void explain(Certificate& certificate, Enclosure const& enclosure, Records const
 {
     std::vector<detail::OtherRules> others;
     for (auto const& [word, other] : detail::other_rules(rules))
-        others.push_back({word, [&gaussians, &camera, rules_of = other, threads] { return render_double(gaussians, camera, rules_of, Cuts::same, threads); }});
+        others.push_back(
+            {word, [&gaussians, &camera, rules_of = other, threads] { return render_double(gaussians, camera, rules_of, Cuts::same, threads); }});
     if constexpr (std::remove_cvref_t<decltype(*std::begin(gaussians))>::sh_degree > 0)
         others.push_back({"harmonics", [&] {
                               std::vector<splat::Gaussian> const flat(std::begin(gaussians), std::end(gaussians));
@@ -56,7 +57,7 @@ void explain(Certificate& certificate, Enclosure const& enclosure, Records const
     detail::explain(certificate, enclosure, picture, written, others);
 }
 
-}}} // namespace tilemesh::report
+}}} // namespace tilemesh::v0_2::report
 
 #if !defined(TILEMESH_COMPILED)
 #include <tilemesh/report/detail/causes_code.hpp>

@@ -24,11 +24,11 @@ struct PixelCause {
 /// How far a picture is from the exact formula's, at most: for each channel |picture - middle| + radius, in 255ths ("levels"). What a picture
 /// lost when it was written (`Written`) is not counted.
 struct Certificate {
-    double largest = 0, p99 = 0, median = 0;    ///< levels
-    std::uint64_t beyond = 0;                   ///< pixels that are off by more than .01 levels
-    std::uint64_t in_quad = 0, undecided = 0;   ///< pixels of the enclosure with a decision in 113 bits, and with an undecided one
-    double widest = 0;                          ///< levels: the widest interval
-    std::vector<std::uint64_t> not_enclosed;    ///< rows of records that no interval encloses: the certificate leaves them out
+    double largest = 0, p99 = 0, median = 0;  ///< levels
+    std::uint64_t beyond = 0;                 ///< pixels that are off by more than .01 levels
+    std::uint64_t in_quad = 0, undecided = 0; ///< pixels of the enclosure with a decision in 113 bits, and with an undecided one
+    double widest = 0;                        ///< levels: the widest interval
+    std::vector<std::uint64_t> not_enclosed;  ///< rows of records that no interval encloses: the certificate leaves them out
     /// The pixels that are farthest off, at most 10 and each by more than .01 levels.
     struct Pixel {
         std::uint32_t x, y;
@@ -43,7 +43,7 @@ struct Certificate {
     struct OfPlane {
         double largest = 0, p99 = 0, median = 0;
     };
-    std::optional<OfPlane> depth, alpha;        ///< if the planes were certified, too
+    std::optional<OfPlane> depth, alpha; ///< if the planes were certified, too
 };
 
-}}} // namespace tilemesh::report
+}}} // namespace tilemesh::v0_2::report

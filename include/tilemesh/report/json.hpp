@@ -84,12 +84,12 @@ inline void write(JsonText& json, PixelCause const& cause)
 inline void write(JsonText& json, Certificate const& c)
 {
     json.object([&] {
-        for (auto const& [name, value] : {std::pair("largest_levels", c.largest), std::pair("p99_levels", c.p99), std::pair("median_levels", c.median),
-                                          std::pair("widest_interval_levels", c.widest)}) {
+        for (auto const& [name, value] : {std::pair("largest_levels", c.largest), std::pair("p99_levels", c.p99),
+                                          std::pair("median_levels", c.median), std::pair("widest_interval_levels", c.widest)}) {
             json.member(name, value);
         }
-        for (auto const& [name, count] : {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_113_bits", c.in_quad),
-                                          std::pair("pixels_undecided", c.undecided)}) {
+        for (auto const& [name, count] :
+             {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_113_bits", c.in_quad), std::pair("pixels_undecided", c.undecided)}) {
             json.member(name, count);
         }
         json.list("rows_not_enclosed", c.not_enclosed);

@@ -29,7 +29,8 @@ TILEMESH_HOST std::vector<std::pair<std::string, splat::Rules>> other_rules(spla
     if (rules.coverage == Coverage::preserved) add("no antialias", [](splat::Rules& r) { r.coverage = Coverage::of_record; });
     else add("antialias", [](splat::Rules& r) { r.coverage = Coverage::preserved; });
     for (float const least : {0.0f, 1 / 255.0f})
-        if (least != rules.alpha_min) add(least > 0 ? "alpha_min 1/255" : "alpha_min 0", [least](splat::Rules& r) { r.alpha_min = least > 0 ? least : 1e-12f; });
+        if (least != rules.alpha_min)
+            add(least > 0 ? "alpha_min 1/255" : "alpha_min 0", [least](splat::Rules& r) { r.alpha_min = least > 0 ? least : 1e-12f; });
     for (float const most : {0.99f, 1.0f})
         if (most != rules.alpha_max) add("alpha_max " + significant(double{most}, 2), [most](splat::Rules& r) { r.alpha_max = most; });
     for (float const limit : {0.0f, 1e-4f})
@@ -271,7 +272,8 @@ inline Image with_background(Enclosure const& e, Image const& picture, std::vect
     for (std::uint32_t k = 0; k < 3; ++k) {
         std::vector<double> shifts;
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (through[i] > 0.05) shifts.push_back((double{picture.rgb[3 * std::size_t{places[i]} + k]} - e.middle[3 * std::size_t{places[i]} + k]) / through[i]);
+            if (through[i] > 0.05)
+                shifts.push_back((double{picture.rgb[3 * std::size_t{places[i]} + k]} - e.middle[3 * std::size_t{places[i]} + k]) / through[i]);
         shift[k] = quantile(shifts, 0.5);
     }
     Image out = picture;
@@ -289,7 +291,9 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
     if (!enclosure.scene || certificate.beyond == 0) return;
     auto const off = levels_off(enclosure, picture, written);
     auto const of_pixel = [&](std::size_t i) { return std::max({off[3 * i], off[3 * i + 1], off[3 * i + 2]}); };
-    auto const at = [&](std::uint32_t place) { return std::pair(static_cast<std::int32_t>(place % picture.width), static_cast<std::int32_t>(place / picture.width)); };
+    auto const at = [&](std::uint32_t place) {
+        return std::pair(static_cast<std::int32_t>(place % picture.width), static_cast<std::int32_t>(place / picture.width));
+    };
     auto const cause_of = [&](std::uint32_t place) {
         auto const [x, y] = at(place);
         return PixelInquiry(*enclosure.scene, x, y, &picture.rgb[3 * std::size_t{place}], written).cause();

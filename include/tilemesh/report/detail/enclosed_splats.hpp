@@ -153,8 +153,8 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
     }
     set_colour(out, record, d);
     bool finite = lower(determinant) > 0 && lower(out.xx) > 0 && lower(out.yy) > 0 && is_finite(determinant);
-    for (Ball const* b :
-         {&out.x, &out.y, &out.z, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1], &out.colour[2]})
+    for (Ball const* b : {&out.x, &out.y, &out.z, &out.along, &out.slope, &out.across, &out.xx, &out.yy, &out.opacity, &out.colour[0], &out.colour[1],
+                          &out.colour[2]})
         finite = finite && is_finite(*b);
     return finite ? std::optional(out) : std::nullopt;
 }
@@ -290,7 +290,7 @@ struct EnclosedSplats {
 /// What an enclosure keeps: the picture can be looked at again.
 struct EnclosedScene {
     EnclosedSplats splats;
-    splat::Rules rules; ///< with which it was blended
+    splat::Rules rules;                 ///< with which it was blended
     std::vector<splat::GaussianId> ids; ///< of `splats`
 };
 /// `least_opacity`: records below are left out at once.
@@ -306,8 +306,7 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     std::vector<std::uint32_t> seen; // both decisions are exact
     for (std::size_t i = 0; i < records.size(); ++i) {
         auto const& g = *records[i].gaussian;
-        if (is_drawable(records[i]) && g.opacity >= least_opacity && depth_sign(c, g, near_depth) > 0)
-            seen.push_back(static_cast<std::uint32_t>(i));
+        if (is_drawable(records[i]) && g.opacity >= least_opacity && depth_sign(c, g, near_depth) > 0) seen.push_back(static_cast<std::uint32_t>(i));
     }
     std::vector<Projected> all(seen.size());
     for_each_on(threads, all.size(), [&](std::size_t i) {

@@ -213,7 +213,8 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
 {
     constexpr float faintest = 1e-12f; // of a term without cut-offs
     bool const whole = options.cuts == Cuts::none;
-    if (whole && options.planes) throw Error("no enclosure of depth and alpha without cut-offs (a pixel that shows next to nothing has any depth); take Cuts::same");
+    if (whole && options.planes)
+        throw Error("no enclosure of depth and alpha without cut-offs (a pixel that shows next to nothing has any depth); take Cuts::same");
     auto rules = given;
     if (whole)
         rules.alpha_min = faintest, rules.alpha_max = 1, rules.transmittance_min = 0, rules.stop = splat::Stop::after_crossing,
@@ -335,9 +336,9 @@ TILEMESH_HOST Certificate::OfPlane certify(Enclosure::OfPlane const& enclosure, 
 TILEMESH_HOST std::string text_of(Certificate const& c)
 {
     using detail::not_below;
-    auto text = "every channel within " + not_below(c.largest) + "/255 of the exact formula (p99 " + not_below(c.p99) + ", median " + not_below(c.median) +
-                "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_quad) + " decided in 113 bits, " +
-                std::to_string(c.undecided) + " undecided)";
+    auto text = "every channel within " + not_below(c.largest) + "/255 of the exact formula (p99 " + not_below(c.p99) + ", median " +
+                not_below(c.median) + "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_quad) +
+                " decided in 113 bits, " + std::to_string(c.undecided) + " undecided)";
     if (!c.not_enclosed.empty())
         text += "; NOT for the whole map: no interval encloses " + std::to_string(c.not_enclosed.size()) + " records, the first is row " +
                 std::to_string(c.not_enclosed.front());
