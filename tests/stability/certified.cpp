@@ -4,6 +4,7 @@
 #include "catalogue.hpp"
 #include "machines.hpp"
 #include <tilemesh/report/enclosure.hpp>
+#include <tilemesh/scene/built_in.hpp>
 
 namespace {
 
@@ -123,6 +124,22 @@ TEST_CASE("the catalogue is certified, or says why not")
     }
     CHECK(seen.size() == 90);
     MESSAGE("farthest " << farthest << " levels");
+}
+
+TEST_CASE("the built-in map: what the first page says is proved")
+{
+    auto const map = scene::built_in_map();
+    auto const camera = scene::built_in_camera({320, 180});
+    for (bool const fine : {false, true}) {
+        auto const rules = fine ? splat::with_quality(splat::lossless.rules, splat::Quality::evaluation) : splat::lossless.rules;
+        auto const e = report::enclose(map.gaussians, camera, rules, {.threads = 2});
+        CHECK(e.not_enclosed.empty());
+        CHECK(e.count(report::Enclosure::Decided::undecided) == 0);
+        auto const c = report::certify(e, stability::render(stability::Kind::mk2, map, camera, {}, &rules).image);
+        MESSAGE(report::text_of(c));
+        CHECK(c.largest < (fine ? 0.04 : 1.0));
+        CHECK(c.p99 < 0.01);
+    }
 }
 
 } // namespace

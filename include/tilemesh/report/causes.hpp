@@ -32,15 +32,16 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
 /// - "order": a splat changes places with the next one, or with one further on, of a depth within 1 %; up to 24 such changes in turn;
 /// - "cut": a splat whose alpha is within 1 % of alpha_min, or that is at the border of its footprint, is there or not;
 /// - "stop": the pixel goes on, or stops, at a transmittance within 1 % of the limit;
-/// - "missing": a splat is left out; at most a twentieth of the error may be left, and a fiftieth by each of the causes above is better;
+/// - "missing": a splat is left out; it leaves at most a twentieth, and none of the causes above leaves only a fiftieth;
 /// - "rounding": none of them, and the pixel is off by no more than half a float16's last bit for each of its terms;
 /// - "unknown".
 ///
 /// If more than half of these pixels are not by order, cut or stop, and more than .5 % of the picture is off, then the whole picture is
-/// rendered with other rules, each by itself: another background, no dilation, a dilation of .1 or .3, coverage preserved or not, other limits, the footprints,
-/// harmonics left out. If one leaves at most a tenth of the error of at least half of all pixels that are off, it is the cause of those.
+/// rendered with other rules, each by itself: another background, no dilation, a dilation of .1 or .3, coverage preserved or not, other
+/// limits, the footprints, harmonics left out. If one leaves at most a tenth of the error of at least half of all pixels that are off, it is the cause of those.
 ///
-/// It is a most likely cause, no proof: the certificate is the proof. Cost: some ns for each of these pixels and splats; other rules cost one `render_double` each.
+/// It is a most likely cause, no proof: the certificate is the proof. Cost: some ns for each of these pixels and splats; other rules cost
+/// one `render_double` each.
 template <class Records = std::span<splat::Gaussian const>>
 void explain(Certificate& certificate, Enclosure const& enclosure, Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules,
              Image const& picture, Written const& written = {}, unsigned threads = 1)
