@@ -38,7 +38,8 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
 ///
 /// If more than half of these pixels are not by order, cut or stop, and more than .5 % of the picture is off, then the whole picture is
 /// rendered with other rules, each by itself: another background, no dilation, a dilation of .1 or .3, coverage preserved or not, other
-/// limits, the footprints, harmonics left out. If one leaves at most a tenth of the error of at least half of all pixels that are off, it is the cause of those.
+/// limits, the footprints, harmonics left out. If one leaves at most a tenth of the error of at least half of all pixels that are off, it is
+/// the cause of those.
 ///
 /// It is a most likely cause, no proof: the certificate is the proof. Cost: some ns for each of these pixels and splats; other rules cost
 /// one `render_double` each.
