@@ -41,7 +41,7 @@ struct EnclosedScene;
 ///    a fourth colour, which is blended with the same weights. Roundings of w = a T, T - w and C + w c add 4 u M a term (u = 2^-53).
 /// 4. **Decisions.** Where |a~ - alpha_min| <= rho a~, the term may be there or not: that costs T a. T is itself such a sum with colours 0 and
 ///    background 1, so |T - T~| <= S; where T~ is within S of the limit, the stop may come here or later: that costs T M.
-/// 5. **Pixels with a doubtful decision** are blended again in balls. There, what is still undecided encloses both outcomes.
+/// 5. **Pixels with a doubtful decision**, or with a radius above 5e-9 levels, are blended again in balls. There, what is still undecided encloses both outcomes.
 ///
 /// The other cut-offs, `Cuts::none`: terms below an alpha of 1e-12 are left out, nothing else. Each of them changes a pixel by at most 1e-12
 /// times the spread M of all colours, and a record has one term, so the radius takes 1e-12 M for each record.
@@ -53,7 +53,7 @@ struct Enclosure {
     /// How a pixel's decisions (cuts, footprints, the stop) were made.
     enum class Decided : std::uint8_t {
         in_double, ///< all of them are certain in double
-        in_quad,   ///< some needed 113 bits
+        in_quad,   ///< some needed 113 bits, or the numbers did
         undecided  ///< both outcomes of one are enclosed
     };
     std::uint32_t width = 0, height = 0;

@@ -154,6 +154,9 @@ inline Rounded depth_of(Rounded const& sum, Rounded const& t, double nearest, do
     return middle_of(std::max((sum.v - sum.e) / (most * wider), nearest / wider), std::min((sum.v + sum.e) / least * wider, farthest * wider));
 }
 
+/// A pixel with a larger radius (5e-9 levels) is blended in balls, too. Only needles of 1e10 and more need it.
+inline constexpr double widest_in_double = 2e-11;
+
 /// Encloses the pixels of one block.
 inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& p, std::span<std::uint32_t const> list, splat::Rules const& rules,
                           double tail)
@@ -194,7 +197,7 @@ inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& 
             }
             sums[4] = {row.t[i], s};
             if (row.t[i] == 1 && row.s[i] == 0) sums[3] = {0, 0}, sums[4] = {1, 0}; // no term
-            if (row.doubtful[i] != 0) {
+            if (row.doubtful[i] != 0 || (tail == 0 && std::max({sums[0].e, sums[1].e, sums[2].e}) > widest_in_double)) {
                 Ball balls[5];
                 out.decided[at] = blend_pixel(balls, px + i, py + j, p, list, rules);
                 for (int k = 0; k < 5; ++k) // the narrower one of the two
