@@ -26,7 +26,7 @@ struct PixelCause {
 struct Certificate {
     double largest = 0, p99 = 0, median = 0;  ///< levels
     std::uint64_t beyond = 0;                 ///< pixels that are off by more than .01 levels
-    std::uint64_t in_quad = 0, undecided = 0; ///< pixels of the enclosure with a decision in 113 bits, and with an undecided one
+    std::uint64_t in_wide = 0, undecided = 0; ///< pixels of the enclosure with a decision in 100 bits, and with an undecided one
     double widest = 0;                        ///< levels: the widest interval
     std::vector<std::uint64_t> not_enclosed;  ///< rows of records that no interval encloses: the certificate leaves them out
     /// The pixels that are farthest off, at most 10 and each by more than .01 levels.

@@ -30,8 +30,8 @@ struct EnclosedScene;
 /// 1e6 or a quaternion of length 0 is not drawn, and an opacity above 1 is 1.
 ///
 /// How it is proved:
-/// 1. **Projection** in balls of binary128 (detail/ball.hpp) encloses each splat of the formula. Depths and the near plane are compared as exact
-///    sums of products of floats, so no order is undecided.
+/// 1. **Projection** in balls of more than 100 bits (detail/ball.hpp) encloses each splat of the formula. Depths and the near plane are
+///    compared as exact sums of products of floats, so no order is undecided.
 /// 2. **A splat in double** has a bound rho, so that at each pixel that it may light |a - a~| <= rho a~ for the exact alpha a and the computed
 ///    a~ (`round_splat`).
 /// 3. **Blending in double with a bound.** Let C(a) = sum T_i a_i c_i + T B0, T_i = prod_{j<i} (1 - a_j), with a_i = 0 for a term that is cut or
@@ -41,7 +41,8 @@ struct EnclosedScene;
 ///    a fourth colour, which is blended with the same weights. Roundings of w = a T, T - w and C + w c add 4 u M a term (u = 2^-53).
 /// 4. **Decisions.** Where |a~ - alpha_min| <= rho a~, the term may be there or not: that costs T a. T is itself such a sum with colours 0 and
 ///    background 1, so |T - T~| <= S; where T~ is within S of the limit, the stop may come here or later: that costs T M.
-/// 5. **Pixels with a doubtful decision**, or with a radius above 5e-9 levels, are blended again in balls. There, what is still undecided encloses both outcomes.
+/// 5. **Pixels with a doubtful decision**, or with a radius above 5e-9 levels, are blended again in balls. There, what is still undecided
+///    encloses both outcomes.
 ///
 /// The other cut-offs, `Cuts::none`: terms below an alpha of 1e-12 are left out, nothing else. Each of them changes a pixel by at most 1e-12
 /// times the spread M of all colours, and a record has one term, so the radius takes 1e-12 M for each record.
@@ -53,7 +54,7 @@ struct Enclosure {
     /// How a pixel's decisions (cuts, footprints, the stop) were made.
     enum class Decided : std::uint8_t {
         in_double, ///< all of them are certain in double
-        in_quad,   ///< some needed 113 bits, or the numbers did
+        in_wide,   ///< some needed 100 bits, or the numbers did
         undecided  ///< both outcomes of one are enclosed
     };
     std::uint32_t width = 0, height = 0;
@@ -100,7 +101,8 @@ std::vector<EnclosedRecord> enclosed_records(Records const& gaussians)
 
 /// Encloses the picture of the records of any degree. Ids must be unique. Equal for any number of threads.
 ///
-/// Throws `Error` for rules with an alpha_min below 1e-30, because every record then lights every pixel; and on a host without numbers of 113 bits.
+/// Throws `Error` for rules with an alpha_min below 1e-30, because every record then lights every pixel; and on a host that
+/// rounds doubles twice (x87).
 ///
 /// Cost: 25 us a record that is in front of the camera, and about twice as long as blending in double. Memory: 500 bytes a splat, 50 bytes a pixel,
 /// 32 more with planes.
@@ -115,7 +117,7 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
 /// The same of a plane of depth or alpha.
 TILEMESH_HOST Certificate::OfPlane certify(Enclosure::OfPlane const& enclosure, Plane const& plane);
 
-/// "every channel within 0.0918/255 of the exact formula (p99 0.00033, median 6.8e-06; 12 pixels beyond 0.01; 3 decided in 113 bits, 0 undecided)".
+/// "every channel within 0.0918/255 of the exact formula (p99 0.00033, median 6.8e-06; 12 pixels beyond 0.01; 3 decided in 100 bits, 0 undecided)".
 /// Numbers are rounded up. Then records that are not enclosed, depth and alpha, and how many pixels have each cause, if there is such a thing.
 TILEMESH_HOST std::string text_of(Certificate const& certificate);
 /// "within 3.1e-07 (p99 ..., median ...)"

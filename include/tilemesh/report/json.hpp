@@ -89,7 +89,7 @@ inline void write(JsonText& json, Certificate const& c)
             json.member(name, value);
         }
         for (auto const& [name, count] :
-             {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_113_bits", c.in_quad), std::pair("pixels_undecided", c.undecided)}) {
+             {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_100_bits", c.in_wide), std::pair("pixels_undecided", c.undecided)}) {
             json.member(name, count);
         }
         json.list("rows_not_enclosed", c.not_enclosed);

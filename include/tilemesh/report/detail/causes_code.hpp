@@ -42,7 +42,7 @@ TILEMESH_HOST std::vector<std::pair<std::string, splat::Rules>> other_rules(spla
     return out;
 }
 
-#if TILEMESH_HAS_QUAD
+#if TILEMESH_HAS_BALLS
 /// A pixel in double, and what one change makes of it.
 class PixelInquiry {
 public:

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#if TILEMESH_HAS_QUAD
+#if TILEMESH_HAS_BALLS
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
@@ -63,10 +63,10 @@ inline int compare_depth(splat::Camera const& c, splat::Gaussian const& a, splat
     return s.sign();
 }
 
-/// pi to 113 bits: the double nearest to it and the rest, whose own error is below 2^-108.
+/// pi: the double nearest to it and the rest, whose own error is below 2^-108.
 inline Ball pi_ball()
 {
-    return {Quad(3.141592653589793116) + Quad(1.2246467991473532e-16), 1e-31};
+    return {Wide(3.141592653589793116, 1.2246467991473532e-16), 1e-31};
 }
 
 /// The colour that the camera sees: the sum of real spherical harmonics with the Condon-Shortley sign, each K P_l^m(z) times the real or
@@ -148,7 +148,7 @@ inline std::optional<BallSplat> project_in_balls(EnclosedRecord const& record, s
     out.along = Ball(-0.5) / out.xx, out.slope = dot(v1, v2) / out.xx, out.across = Ball(-0.5) * out.xx / determinant;
     out.opacity = std::min(g.opacity, 1.0f);
     if (rules.coverage == splat::Coverage::preserved) {
-        Ball const least(Quad(25) / Quad(1000000), 1e-37);
+        Ball const least = Ball(25) / Ball(1000000);
         out.opacity = out.opacity * root(larger(least, sharp / determinant));
     }
     set_colour(out, record, d);
@@ -183,8 +183,7 @@ struct Rounded {
 };
 inline Rounded round_to_double(Ball const& b)
 {
-    auto const v = static_cast<double>(b.v);
-    return {v, up(size_of(b.v - Quad(v)) + b.r)};
+    return {b.v.hi, up(std::fabs(b.v.lo) + b.r)};
 }
 
 /// Sets the double splat and rho. u = 2^-53. P bounds |power| at pixels that alpha_min does not cut. With DX = sqrt(P / |along|), OFF =
@@ -235,7 +234,7 @@ inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera cons
     bool const tiles = rules.footprint == splat::Footprint::three_sigma_tiles;
     Ball const half = Ball(0.5) * (b.xx - b.yy), mid = Ball(0.5) * (b.xx + b.yy), off = b.slope * b.xx;
     Ball squared = half * half + off * off;
-    if (tiles) squared = larger(squared, Ball(Quad(1) / Quad(10), 1e-33)); // the rasteriser's
+    if (tiles) squared = larger(squared, Ball(1) / Ball(10)); // the rasteriser's
     Ball const three_sigma = Ball(3) * root(mid + root(squared));
     double const least = std::ceil(lower(three_sigma)), greatest = std::ceil(upper(three_sigma));
     auto const span = [&](Ball const& mean, double radius, std::uint32_t size, bool inner) -> std::pair<std::int32_t, std::int32_t> {

@@ -23,7 +23,7 @@
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 
-#if TILEMESH_HAS_QUAD
+#if TILEMESH_HAS_BALLS
 // --- 3. and 4. blending in double ---------------------------------------------------------------------------------------
 inline constexpr int block_px = 16; ///< side of the blocks of pixels that have one list of splats
 
@@ -85,7 +85,7 @@ inline Enclosure::Decided blend_pixel(Ball (&sums)[5], std::int32_t x, std::int3
 {
     Ball t = 1, c[4];
     bool have_hull = false, stopped = false;
-    auto decided = Enclosure::Decided::in_quad;
+    auto decided = Enclosure::Decided::in_wide;
     bool const drops = rules.stop == splat::Stop::before_crossing;
     auto const keep = [&] {
         for (int k = 0; k < 5; ++k) {
@@ -108,8 +108,8 @@ inline Enclosure::Decided blend_pixel(Ball (&sums)[5], std::int32_t x, std::int3
         if (upper(power) < -90) continue; // e^-90 is 8e-40, and alpha_min at least 1e-30
         Ball a;
         if (lower(power) > -99) {
-            a = exponential(Ball(power.v < 0 ? power.v : Quad(0), 0));
-            double const wide = power.v < 0 ? power.r : power.r + size_of(power.v);
+            a = exponential(Ball(power.v.hi < 0 ? power.v : Wide(0), 0));
+            double const wide = power.v.hi < 0 ? power.r : power.r + size_of(power.v);
             a = b.opacity * Ball(a.v, up(a.r + size_of(a.v) * up(std::expm1(up(wide)))));
         } else {
             a = Ball(0.5, 0.5) * b.opacity; // a ball as large as this says nothing
@@ -254,7 +254,7 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
 #else
 TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const>, splat::Camera const&, splat::Rules const&, EncloseOptions const&)
 {
-    throw Error("no enclosure on this host (it has no numbers of 113 bits, or rounds doubles twice); take x86-64 or 64-bit ARM");
+    throw Error("no enclosure on this host (it rounds doubles twice, as x87 does); compile for SSE2 or another host");
 }
 #endif
 
@@ -307,7 +307,7 @@ TILEMESH_HOST Certificate certify(Enclosure const& enclosure, Image const& pictu
     using Decided = Enclosure::Decided;
     auto off = detail::levels_off(enclosure, picture, written);
     Certificate out;
-    out.in_quad = enclosure.count(Decided::in_quad), out.undecided = enclosure.count(Decided::undecided);
+    out.in_wide = enclosure.count(Decided::in_wide), out.undecided = enclosure.count(Decided::undecided);
     out.widest = 255 * enclosure.widest(), out.not_enclosed = enclosure.not_enclosed;
     std::vector<double> of_pixel(off.size() / 3);
     for (std::size_t i = 0; i < off.size(); ++i) of_pixel[i / 3] = std::max(of_pixel[i / 3], off[i]);
@@ -340,8 +340,8 @@ TILEMESH_HOST std::string text_of(Certificate const& c)
 {
     using detail::not_below;
     auto text = "every channel within " + not_below(c.largest) + "/255 of the exact formula (p99 " + not_below(c.p99) + ", median " +
-                not_below(c.median) + "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_quad) +
-                " decided in 113 bits, " + std::to_string(c.undecided) + " undecided)";
+                not_below(c.median) + "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_wide) +
+                " decided in 100 bits, " + std::to_string(c.undecided) + " undecided)";
     if (!c.not_enclosed.empty())
         text += "; NOT for the whole map: no interval encloses " + std::to_string(c.not_enclosed.size()) + " records, the first is row " +
                 std::to_string(c.not_enclosed.front());
