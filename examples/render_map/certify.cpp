@@ -55,7 +55,7 @@ std::string at_worst(tilemesh::report::Certificate const& c)
 {
     if (c.worst.empty()) return "";
     auto const& worst = c.worst.front();
-    auto text = "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y) + ", most likely by " + worst.cause.word;
+    auto text = "; farthest at pixel " + std::to_string(worst.x) + ", " + std::to_string(worst.y) + ", most likely cause: " + worst.cause.word;
     if (worst.cause.id != 0) text += " of Gaussian " + std::to_string(worst.cause.id);
     if (worst.cause.other_id != 0) text += " and " + std::to_string(worst.cause.other_id);
     return text;
@@ -86,7 +86,7 @@ std::string render_map::certify(Options const& options, tilemesh::scene::Map con
     auto const& own = *frame.entry.certified;
     auto text = (frames == 1 ? "certified: " : "frame " + std::to_string(frame.index) + " is certified: ") + report::text_of(own) + at_worst(own);
     if (auto const& c = frame.entry.compared_certified)
-        text += ". " + shared::one_line(options.compare->string()) + (other->ends_at_1 ? ", apart from the half level of its 8 bits: " : ": ") +
+        text += ". " + shared::one_line(options.compare->string()) + (other->ends_at_1 ? ", clamped to [0, 1] and apart from the half level of its 8 bits: " : ": ") +
                 report::text_of(*c) + at_worst(*c);
     return text;
 }

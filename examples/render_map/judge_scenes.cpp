@@ -13,6 +13,7 @@
 #include <glm/vec3.hpp>
 #include <iterator>
 #include <sstream>
+#include <tilemesh/error.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/image_file.hpp>
@@ -69,15 +70,16 @@ splat::Gaussian& add(scene::Map& map, Random& random, glm::vec3 p, glm::vec3 s, 
 }
 glm::vec3 anywhere(Random& r, float depth = 1)
 {
-    float const x = r.uniform(-side, side), y = r.uniform(-side, side);
-    return {x, y, r.uniform(-depth, depth)};
+    float const x = r.uniform(-side, side), y = r.uniform(-side, side), z = r.uniform(-depth, depth);
+    return {x, y, z};
 }
 void cloud(scene::Map& map, Random& r, int n, float least_size, float most_size, float least_opacity, float most_opacity, float depth = 1)
 {
     for (int i = 0; i < n; ++i) {
         auto const p = anywhere(r, depth);
         float const a = r.uniform(least_size, most_size), b = r.uniform(least_size, most_size), c = r.uniform(least_size, most_size);
-        add(map, r, p, {a, b, c}, r.uniform(least_opacity, most_opacity));
+        float const opacity = r.uniform(least_opacity, most_opacity);
+        add(map, r, p, {a, b, c}, opacity);
     }
 }
 void shaded(scene::Map& map, Random& r)
@@ -123,18 +125,24 @@ constexpr Judged scenes[] = {
      [](scene::Map& map, Random& r) {
          for (int i = 0; i < 60; ++i) {
              auto const p = anywhere(r);
-             add(map, r, p, {r.uniform(-2, 0), r.uniform(-12, -7), r.uniform(-12, -7)}, r.uniform(0.5f, 1));
+             float const length = r.uniform(-2, 0), width = r.uniform(-12, -7), depth = r.uniform(-12, -7), opacity = r.uniform(0.5f, 1);
+             add(map, r, p, {length, width, depth}, opacity);
          }
      }},
     {"walls", "six layers that fill the picture, one behind the other", 0,
      [](scene::Map& map, Random& r) {
-         for (int i = 0; i < 6; ++i) straight(add(map, r, {0, 0, 0.2f * static_cast<float>(i)}, {2, 2, -6}, r.uniform(0.2f, 0.7f)));
+         for (int i = 0; i < 6; ++i) {
+             float const opacity = r.uniform(0.2f, 0.7f);
+             straight(add(map, r, {0, 0, 0.2f * static_cast<float>(i)}, {2, 2, -6}, opacity));
+         }
          cloud(map, r, 20, -3, -1, 0.3f, 1);
      }},
     {"near_plane", "splats before, at and behind the near plane of 0.2, and behind the camera", 0,
      [](scene::Map& map, Random& r) {
-         for (float const z : {-2.99f, -2.85f, -2.801f, -2.8f, -2.799f, -2.79f, -2.7f, -2.4f, -3.5f})
-             add(map, r, {r.uniform(-.1f, .1f), r.uniform(-.1f, .1f), z}, {-4, -4, -4}, 0.6f);
+         for (float const z : {-2.99f, -2.85f, -2.801f, -2.8f, -2.799f, -2.79f, -2.7f, -2.4f, -3.5f}) {
+             float const x = r.uniform(-.1f, .1f), y = r.uniform(-.1f, .1f);
+             add(map, r, {x, y, z}, {-4, -4, -4}, 0.6f);
+         }
          cloud(map, r, 20, -3, -1.5f, 0.3f, 1);
      }},
     {"opaque", "opacities of .9 to 1, many layers: the clamp of alpha and the stop", 0, [](scene::Map& map, Random& r) { cloud(map, r, 200, -2, -1, 0.9f, 1); }},
@@ -154,6 +162,10 @@ std::string write_judge_scenes(Options const& options)
     namespace report = tilemesh::report;
     auto const& folder = *options.judge_scenes;
     shared::make_folder(folder, "--judge-scenes");
+    bool const is_ours = fs::exists(folder / "scenes.json");
+    for (auto const& judged : scenes)
+        if (auto const map = folder / (std::string(judged.name) + ".ply"); !is_ours && fs::exists(map))
+            throw tilemesh::Error("cannot write " + shared::one_line(map.string()) + " (it exists, and there is no scenes.json beside it); name an empty folder with --judge-scenes");
     auto const rules = tilemesh::with_options(setup_of(options.choice, 0).rules, options.renderer);
     std::string lines;
     auto const write = [&](std::string const& name, std::string const& text) { report::write_whole(folder / name, text); };

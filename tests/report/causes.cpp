@@ -191,6 +191,34 @@ TEST_CASE("other rules: each is named")
     CHECK(c.causes.front().first == "harmonics");
 }
 
+TEST_CASE("pixels that are not finite, an interval that is wide, and a picture of many faults in little time")
+{
+    Scene<splat::Gaussian> const s(true);
+    auto const e = report::enclose(s.records, s.c, s.rules, {.threads = 2});
+    report::Image broken(s.c.width, s.c.height);
+    for (float& v : broken.rgb) v = std::numeric_limits<float>::quiet_NaN();
+    auto c = report::certify(e, broken);
+    report::explain(c, e, s.records, s.c, s.rules, broken);
+    REQUIRE(c.causes.size() == 1);
+    CHECK(c.causes[0].first == "not finite");
+    CHECK(c.causes[0].second > 800);
+    // The middle of an undecided pixel is in its interval.
+    splat::Camera one = s.c;
+    one.width = one.height = 1, one.cx = one.cy = 0.5f;
+    splat::Gaussian g{};
+    g.mean_world[2] = 2, g.opacity = 0.25f, g.rotation[0] = 1, g.id = splat::GaussianId{1};
+    for (float& v : g.colour) v = 1;
+    splat::Rules rules;
+    rules.alpha_min = 0.25f;
+    std::vector<splat::Gaussian> const records{g};
+    auto const both = report::enclose(records, one, rules);
+    report::Image middle(1, 1);
+    for (std::size_t k = 0; k < 3; ++k) middle.rgb[k] = static_cast<float>(both.middle[k]);
+    c = report::certify(both, middle);
+    report::explain(c, both, records, one, rules, middle);
+    CHECK(c.causes == std::vector<std::pair<std::string, std::uint64_t>>{{"undecided", 1}});
+}
+
 TEST_CASE("renderers as others write them: one in float16, one that sorts by 16 bits of depth")
 {
     Scene<splat::Gaussian> const s(true);

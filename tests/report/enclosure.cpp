@@ -401,12 +401,28 @@ TEST_CASE("what is not drawn, what is not enclosed, and what is refused")
     bad.mean_world[0] = std::numeric_limits<float>::quiet_NaN();
     bright.colour[1] = 2e6f;
     at_plane.mean_world[2] = 0.25f;
-    huge.log_scale[1] = 101;
+    huge.log_scale[1] = 101, huge.id = splat::GaussianId{3};
     auto const e = report::enclose(std::vector{bad, bright, at_plane, huge}, c, rules);
     CHECK(e.splats == 0);
     CHECK(e.not_enclosed == std::vector<std::uint64_t>{3});
     huge.log_scale[1] = -std::numeric_limits<float>::infinity(); // a size of 0 is drawn
-    CHECK(report::enclose(std::vector{huge}, c, rules).not_enclosed == std::vector<std::uint64_t>{0});
+    CHECK(report::enclose(std::vector{huge}, c, rules).not_enclosed == std::vector<std::uint64_t>{3});
+    // A footprint of 3 sigma that no double holds: without a limit the splat is enclosed.
+    auto wide = c;
+    wide.fx = wide.fy = 1e38f;
+    auto far_out = ball(0.3f, 1, 1, 4);
+    far_out.log_scale[0] = 95, far_out.log_scale[1] = far_out.log_scale[2] = -90;
+    for (auto const footprint : {splat::Footprint::three_sigma_square, splat::Footprint::three_sigma_tiles}) {
+        rules.footprint = footprint;
+        CHECK(report::enclose(std::vector{far_out}, wide, rules).not_enclosed == std::vector<std::uint64_t>{4});
+    }
+    rules.footprint = splat::Footprint::opacity_box;
+    // Without a limit nothing stops, however dark it gets.
+    rules.transmittance_min = 0;
+    std::vector<splat::Gaussian> many;
+    for (std::uint32_t i = 0; i < 100; ++i) many.push_back(ball(1 + 0.01f * static_cast<float>(i), 0.9f, 0.5f, i + 1));
+    CHECK(report::enclose(many, c, rules).count(Decided::in_double) == 1);
+    rules.transmittance_min = 5e-3f;
     bright.colour[1] = -2e6f;
     CHECK(report::enclose(std::vector{bright}, c, rules).splats == 0);
     // A term that may be there may also be the last one: a dot that no ball decides takes the pixel below the limit.

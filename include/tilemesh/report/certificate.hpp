@@ -15,7 +15,8 @@ struct Written {
 
 /// Why a pixel is off, as far as one change of what the exact formula does explains it (causes.hpp).
 struct PixelCause {
-    /// "order", "cut", "stop", "missing", a rule such as "dilation 0" or "background", "rounding", "unknown". Empty: not looked for.
+    /// "order", "cut", "stop", "missing", a rule such as "dilation 0" or "background", "rounding", "unknown"; "undecided": the interval itself is
+    /// wide; "not finite". Empty: not looked for.
     std::string word;
     std::uint32_t id = 0, other_id = 0; ///< of the splat that it is about, and of the one that it changed places with; 0: none
     double left = 0;                    ///< levels by which the pixel is off beside it
@@ -28,7 +29,7 @@ struct Certificate {
     std::uint64_t beyond = 0;                 ///< pixels that are off by more than .01 levels
     std::uint64_t in_wide = 0, undecided = 0; ///< pixels of the enclosure with a decision in 100 bits, and with an undecided one
     double widest = 0;                        ///< levels: the widest interval
-    std::vector<std::uint64_t> not_enclosed;  ///< rows of records that no interval encloses: the certificate leaves them out
+    std::vector<std::uint64_t> not_enclosed;  ///< ids of records that no interval encloses: the certificate leaves them out
     /// The pixels that are farthest off, at most 10 and each by more than .01 levels.
     struct Pixel {
         std::uint32_t x, y;

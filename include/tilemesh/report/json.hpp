@@ -92,7 +92,7 @@ inline void write(JsonText& json, Certificate const& c)
              {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_100_bits", c.in_wide), std::pair("pixels_undecided", c.undecided)}) {
             json.member(name, count);
         }
-        json.list("rows_not_enclosed", c.not_enclosed);
+        json.list("ids_not_enclosed", c.not_enclosed);
         for (auto const& [name, plane] : {std::pair("depth", &c.depth), std::pair("alpha", &c.alpha)}) {
             if (!*plane) continue;
             json.key(name);

@@ -50,9 +50,9 @@ public:
         : rules_(scene.rules), ids_(scene.ids), seen_(seen), written_(written)
     {
         double const cut = rules_.alpha_min;
-        for (std::uint32_t n = 0; n < scene.splats.splats.size(); ++n) {
+        auto const& list = scene.lists[static_cast<std::size_t>(y / block_px) * scene.columns + static_cast<std::size_t>(x / block_px)];
+        for (auto const n : list) {
             auto const& e = scene.splats.splats[n];
-            if (x < e.may.x0 - 1 || x > e.may.x1 || y < e.may.y0 - 1 || y > e.may.y1) continue;
             double const dx = x + 0.5 - e.x, off = y + 0.5 - e.y - e.slope * dx;
             double const a = e.opacity * std::exp(e.along * dx * dx + e.across * off * off);
             if (!(a >= cut * 0.99)) continue;
@@ -62,16 +62,15 @@ public:
         blend();
         error_ = residual(colour_);
     }
-    double error() const { return error_; } ///< levels
-
     PixelCause cause()
     {
+        if (!std::isfinite(error_)) return {"not finite", 0, 0, error_};
         double const enough = std::max(0.1 * error_, 0.002);
         PixelCause best{"unknown", 0, 0, error_};
         auto const consider = [&](char const* word, std::uint32_t id, std::uint32_t other, Colour const& c) {
             if (double const left = residual(c); left < best.left) best = {word, id, other, left};
         };
-        look_at_cuts(consider), look_at_stop(consider), look_at_order(consider);
+        look_at_cuts(consider), look_at_stop(consider), look_at_order(consider, 0.9 * error_);
         PixelCause const in_order = best;
         for (std::size_t k = 0; k < in_.size(); ++k) consider("missing", id(in_[k]), 0, with(k, in_[k] + 1, before_[k]));
         if (in_order.left <= std::max(0.02 * error_, 0.002)) return in_order; // the less surprising one
@@ -80,7 +79,7 @@ public:
         if (in_order.word == "order")
             if (auto const more = order_in_steps(in_order, enough); more.left <= enough) return more;
         double const scale = 1 + std::max({std::fabs(colour_.v[0]), std::fabs(colour_.v[1]), std::fabs(colour_.v[2])});
-        bool const small = error_ / 255 <= scale * 0x1p-12 * static_cast<double>(in_.size() + 8);
+        bool const small = error_ <= scale * std::min(1.0, 255 * 0x1p-12 * static_cast<double>(in_.size() + 8));
         return {small ? "rounding" : "unknown", 0, 0, error_};
     }
 
@@ -193,17 +192,24 @@ private:
             t = after;
         }
     }
-    /// Term i comes behind term j, or before it: the run between them is a colour and a transmittance.
+    /// Term i comes behind term j, or before it: the run between them is a colour and a transmittance. Changes that cannot make `least` levels are
+    /// left out, and so is what a pixel of thousands of terms would take too long for.
     template <class Consider>
-    void look_at_order(Consider const& consider) const
+    void look_at_order(Consider const& consider, double least) const
     {
+        double range = 0;
+        for (auto const i : in_)
+            for (int k = 0; k < 3; ++k) range = std::max(range, std::fabs(terms_[i].splat->colour[k]));
+        std::uint32_t pairs = 20'000;
         for (std::size_t i = 0; i < in_.size(); ++i) {
             auto const& a = terms_[in_[i]];
+            if (255 * before_[i] * 2 * range < least) break; // nor can a later one
             Colour run; // of the terms behind it
             double through = 1;
             for (std::size_t j = i + 1; j < in_.size(); ++j) {
                 auto const& b = terms_[in_[j]];
-                if (b.splat->colour[3] > 1.01 * a.splat->colour[3]) break;
+                if (b.splat->colour[3] > 1.01 * a.splat->colour[3] || pairs == 0) break;
+                --pairs;
                 Colour later = colour_, sooner = colour_;
                 Colour longer = run;
                 for (int k = 0; k < 3; ++k) {
@@ -216,6 +222,7 @@ private:
                     sooner.v[k] += before_[i] * b.a * (cb - middle - after * cb);
                 }
                 run = longer, through *= 1 - b.a;
+                if (255 * before_[i] * std::max(a.a, b.a) * 2 * range < least) continue;
                 consider("order", id(in_[i]), id(in_[j]), later);
                 if (j > i + 1) consider("order", id(in_[j]), id(in_[i]), sooner);
             }
@@ -244,7 +251,7 @@ private:
             if (step.left > enough)
                 look_at_order([&](char const* word, std::uint32_t a, std::uint32_t b, Colour const& c) {
                     if (double const left = residual(c); left < step.left) step = {word, a, b, left};
-                });
+                }, 0.1 * before);
             out.left = step.left;
             if (step.left > enough && !(step.left < 0.9 * before)) break;
         }
@@ -266,27 +273,27 @@ private:
 };
 
 /// The background that fits the pixels that are off, and how many of them it explains; as a picture.
-inline Image with_background(Enclosure const& e, Image const& picture, std::vector<std::uint32_t> const& places, std::vector<double> const& through)
+inline Image with_background(Enclosure const& e, Image const& picture, std::vector<std::uint32_t> const& places)
 {
     double shift[3];
     for (std::uint32_t k = 0; k < 3; ++k) {
         std::vector<double> shifts;
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (through[i] > 0.05)
-                shifts.push_back((double{picture.rgb[3 * std::size_t{places[i]} + k]} - e.middle[3 * std::size_t{places[i]} + k]) / through[i]);
+            if (double const through = e.transmittance[places[i]]; through > 0.05)
+                shifts.push_back((double{picture.rgb[3 * std::size_t{places[i]} + k]} - e.middle[3 * std::size_t{places[i]} + k]) / through);
         shift[k] = quantile(shifts, 0.5);
     }
     Image out = picture;
     for (std::size_t i = 0; i < places.size(); ++i)
         for (std::uint32_t k = 0; k < 3; ++k) {
             auto const at = 3 * std::size_t{places[i]} + k;
-            out.rgb[at] = static_cast<float>(e.middle[at] + through[i] * shift[k]);
+            out.rgb[at] = static_cast<float>(e.middle[at] + double{e.transmittance[places[i]]} * shift[k]);
         }
     return out;
 }
 
 TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure, Image const& picture, Written const& written,
-                           std::vector<OtherRules> const& others)
+                           std::vector<OtherRules> const& others, unsigned threads)
 {
     if (!enclosure.scene || certificate.beyond == 0) return;
     auto const off = levels_off(enclosure, picture, written);
@@ -296,6 +303,12 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
     };
     auto const cause_of = [&](std::uint32_t place) {
         auto const [x, y] = at(place);
+        bool inside = true;
+        for (std::size_t i = 3 * std::size_t{place}; i < 3 * std::size_t{place} + 3; ++i) {
+            double const middle = written.clamped ? std::clamp(enclosure.middle[i], 0.0, 1.0) : enclosure.middle[i];
+            inside = inside && std::fabs(double{picture.rgb[i]} - middle) <= enclosure.radius[i] + written.half_step;
+        }
+        if (inside) return PixelCause{"undecided", 0, 0, of_pixel(place)};
         return PixelInquiry(*enclosure.scene, x, y, &picture.rgb[3 * std::size_t{place}], written).cause();
     };
     std::vector<std::uint32_t> places;
@@ -306,72 +319,62 @@ TILEMESH_HOST void explain(Certificate& certificate, Enclosure const& enclosure,
         if (row != certificate.causes.end()) row->second += pixels;
         else certificate.causes.emplace_back(word, pixels);
     };
+    // One of each `step` pixels, another one each time, so that a regular pattern is not missed.
     constexpr std::size_t most = 1000;
     auto const step = std::max<std::size_t>(1, (places.size() + most - 1) / most);
+    std::vector<std::size_t> sample;
+    for (std::size_t i = 0; i < places.size(); i += step) sample.push_back(std::min(places.size() - 1, i + i / step * 7919 % step));
+    std::vector<PixelCause> found(sample.size());
+    for_each_on(threads, sample.size(), [&](std::size_t i) { found[i] = cause_of(places[sample[i]]); });
     certificate.causes.clear();
-    std::uint64_t looked_at = 0, by_decisions = 0;
-    for (std::size_t i = 0; i < places.size(); i += step) {
-        auto const cause = cause_of(places[i]);
-        add(cause.word, 1);
-        ++looked_at, by_decisions += cause.word == "order" || cause.word == "cut" || cause.word == "stop" ? 1 : 0;
-    }
+    std::uint64_t by_decisions = 0;
+    for (auto const& cause : found) add(cause.word, 1), by_decisions += cause.word == "order" || cause.word == "cut" || cause.word == "stop" ? 1 : 0;
     for (auto& pixel : certificate.worst) pixel.cause = cause_of(pixel.y * picture.width + pixel.x);
 
-    if (2 * by_decisions < looked_at && 200 * places.size() > off.size() / 3) {
+    if (2 * by_decisions < sample.size() && 200 * places.size() > off.size() / 3) {
+        // Levels that are left beside another picture, at most; infinite if one of the two is not finite.
+        auto const left_of = [&](std::uint32_t place, auto const& other) {
+            double most_left = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                auto const channel = 3 * std::size_t{place} + k;
+                double const v = written.clamped ? std::clamp(double{other[channel]}, 0.0, 1.0) : double{other[channel]};
+                double const left = 255 * (std::fabs(double{picture.rgb[channel]} - v) - written.half_step);
+                most_left = std::max(most_left, std::isnan(left) ? std::numeric_limits<double>::infinity() : left);
+            }
+            return most_left;
+        };
         std::string best;
-        std::vector<bool> best_explains;
+        std::vector<double> best_left;
         std::uint64_t best_count = 0;
+        auto const explains = [&](std::size_t i, double left) {
+            double const error = left_of(places[i], enclosure.middle);
+            return std::isfinite(left) && error > 0.01 && left <= std::max(0.1 * error, 0.01);
+        };
         auto const judge = [&](std::string const& word, Image const& other) {
-            std::vector<bool> explains(places.size());
+            std::vector<double> left(places.size());
             std::uint64_t count = 0;
-            for (std::size_t i = 0; i < places.size(); ++i) {
-                double most_left = 0;
-                for (std::size_t k = 0; k < 3; ++k) {
-                    auto const channel = 3 * std::size_t{places[i]} + k;
-                    double const v = written.clamped ? std::clamp(double{other.rgb[channel]}, 0.0, 1.0) : double{other.rgb[channel]};
-                    double const left = 255 * (std::fabs(double{picture.rgb[channel]} - v) - written.half_step);
-                    most_left = std::max(most_left, std::isnan(left) ? std::numeric_limits<double>::infinity() : left);
-                }
-                explains[i] = most_left <= std::max(0.1 * of_pixel(places[i]), 0.01);
-                count += explains[i] ? 1 : 0;
-            }
-            if (count > best_count) best = word, best_count = count, best_explains = std::move(explains);
+            for (std::size_t i = 0; i < places.size(); ++i) left[i] = left_of(places[i], other.rgb), count += explains(i, left[i]) ? 1 : 0;
+            if (count > best_count) best = word, best_count = count, best_left = std::move(left);
         };
-        auto const with_planes = [&] {
-            std::vector<double> through(places.size());
-            for (std::size_t i = 0; i < places.size(); ++i) {
-                auto const [x, y] = at(places[i]);
-                double t = 1;
-                for (auto const& e : enclosure.scene->splats.splats) {
-                    if (!e.may.contains(x, y)) continue;
-                    double const dx = x + 0.5 - e.x, dy = y + 0.5 - e.y - e.slope * dx;
-                    double const a = e.opacity * std::exp(e.along * dx * dx + e.across * dy * dy);
-                    if (a >= double{enclosure.scene->rules.alpha_min} && t >= double{enclosure.scene->rules.transmittance_min})
-                        t *= 1 - std::min(a, double{enclosure.scene->rules.alpha_max});
-                }
-                through[i] = t;
-            }
-            return through;
-        };
-        judge("background", with_background(enclosure, picture, places, with_planes()));
+        judge("background", with_background(enclosure, picture, places));
         for (auto const& other : others) {
             if (2 * best_count > places.size() && best_count + places.size() / 100 >= places.size()) break; // nothing is left to find
             judge(other.word, other.render());
         }
         if (2 * best_count >= places.size()) {
             certificate.causes.clear();
-            add(best, 0);
-            for (std::size_t i = 0; i < places.size(); i += step) add(best_explains[i] ? best : cause_of(places[i]).word, 1);
+            for (std::size_t i = 0; i < sample.size(); ++i) add(explains(sample[i], best_left[sample[i]]) ? best : found[i].word, 1);
             for (auto& pixel : certificate.worst) {
-                auto const place = std::lower_bound(places.begin(), places.end(), pixel.y * picture.width + pixel.x) - places.begin();
-                if (best_explains[static_cast<std::size_t>(place)]) pixel.cause = {best, 0, 0, 0};
+                auto const found_at = std::lower_bound(places.begin(), places.end(), pixel.y * picture.width + pixel.x);
+                auto const place = static_cast<std::size_t>(found_at - places.begin());
+                if (explains(place, best_left[place])) pixel.cause = {best, 0, 0, best_left[place]};
             }
         }
     }
     std::stable_sort(certificate.causes.begin(), certificate.causes.end(), [](auto const& a, auto const& b) { return a.second > b.second; });
 }
 #else
-TILEMESH_HOST void explain(Certificate&, Enclosure const&, Image const&, Written const&, std::vector<OtherRules> const&) {}
+TILEMESH_HOST void explain(Certificate&, Enclosure const&, Image const&, Written const&, std::vector<OtherRules> const&, unsigned) {}
 #endif
 
 }}} // namespace tilemesh::v0_2::report::detail

@@ -219,23 +219,25 @@ inline bool round_splat(DoubleSplat& e, BallSplat const& b, splat::Rules const& 
 
 inline std::int32_t pixel_of(double v, std::uint32_t size)
 {
-    return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(size)));
+    return v > 0 ? static_cast<std::int32_t>(std::min(v, static_cast<double>(size))) : 0;
 }
 
-/// Sets the pixels that the rules' footprint may and must have. `t`: the half-width of the ellipse alpha = alpha_min in standard deviations.
-inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera const& c, splat::Rules const& rules, double t)
+/// Sets the pixels that the rules' footprint may and must have. `t`: the half-width of the ellipse alpha = alpha_min in standard deviations. False
+/// if no ball encloses the footprint.
+inline bool set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera const& c, splat::Rules const& rules, double t)
 {
     // The box of that ellipse, outward: pixels outside are cut by alpha_min anyway.
     double const hx = t * std::sqrt(upper(b.xx)) * (1 + 1e-9), hy = t * std::sqrt(upper(b.yy)) * (1 + 1e-9);
     e.may = {pixel_of(std::floor(lower(b.x) - hx - 0.51), c.width), pixel_of(std::floor(upper(b.x) + hx + 0.51) + 1, c.width),
              pixel_of(std::floor(lower(b.y) - hy - 0.51), c.height), pixel_of(std::floor(upper(b.y) + hy + 0.51) + 1, c.height)};
     e.must = e.may;
-    if (rules.footprint == splat::Footprint::opacity_box) return;
+    if (rules.footprint == splat::Footprint::opacity_box) return true;
     bool const tiles = rules.footprint == splat::Footprint::three_sigma_tiles;
     Ball const half = Ball(0.5) * (b.xx - b.yy), mid = Ball(0.5) * (b.xx + b.yy), off = b.slope * b.xx;
     Ball squared = half * half + off * off;
     if (tiles) squared = larger(squared, Ball(1) / Ball(10)); // the rasteriser's
     Ball const three_sigma = Ball(3) * root(mid + root(squared));
+    if (!is_finite(three_sigma)) return false;
     double const least = std::ceil(lower(three_sigma)), greatest = std::ceil(upper(three_sigma));
     auto const span = [&](Ball const& mean, double radius, std::uint32_t size, bool inner) -> std::pair<std::int32_t, std::int32_t> {
         Ball first = mean - Ball(radius), last = mean + Ball(radius);
@@ -248,6 +250,7 @@ inline void set_footprint(DoubleSplat& e, BallSplat const& b, splat::Camera cons
     auto const ix = span(b.x, least, c.width, true), iy = span(b.y, least, c.height, true);
     e.may = {std::max(e.may.x0, ox.first), std::min(e.may.x1, ox.second), std::max(e.may.y0, oy.first), std::min(e.may.y1, oy.second)};
     e.must = {ix.first, ix.second, iy.first, iy.second};
+    return true;
 }
 
 /// Is a record drawn by the kernels at all? Its numbers are finite, but for a logarithm of a size of 0, colours are at most 1e6, and the
@@ -283,7 +286,7 @@ void for_each_on(unsigned threads, std::size_t n, F const& f)
 struct EnclosedSplats {
     std::vector<DoubleSplat> splats;
     std::vector<BallSplat> balls; ///< of the same place as `splats`
-    std::vector<std::uint64_t> not_enclosed; ///< records
+    std::vector<std::uint64_t> not_enclosed; ///< ids
     double spread = 0; ///< no smaller than the difference of two colours, or of a colour and 0, of records in front of the camera
 };
 /// What an enclosure keeps: the picture can be looked at again.
@@ -291,6 +294,9 @@ struct EnclosedScene {
     EnclosedSplats splats;
     splat::Rules rules;                 ///< with which it was blended
     std::vector<splat::GaussianId> ids; ///< of `splats`
+    /// For each block of 16 x 16 pixels, row by row, the splats that may light it, front to back.
+    std::vector<std::vector<std::uint32_t>> lists;
+    std::uint32_t columns = 0; ///< blocks in a row
 };
 /// `least_opacity`: records below are left out at once.
 inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat::Camera const& c, splat::Rules const& rules, float least_opacity,
@@ -321,8 +327,8 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
         if (upper(ball->opacity) < double{rules.alpha_min}) return;
         if (!round_splat(out.splat, *ball, rules)) out.splat.rho = std::numeric_limits<double>::infinity();
         double const t = std::sqrt(2 * std::max(0.0, std::log(upper(ball->opacity) / double{rules.alpha_min})) + 1e-12) * (1 + 1e-12);
-        set_footprint(out.splat, *ball, c, rules, t);
-        out.visible = !out.splat.may.empty();
+        out.enclosed = set_footprint(out.splat, *ball, c, rules, t);
+        out.visible = out.enclosed && !out.splat.may.empty();
     });
     EnclosedSplats out;
     std::vector<std::uint32_t> order;
@@ -330,7 +336,7 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     std::vector<double> z(all.size()), error(all.size()); // the depths in double decide unless they are close
     for (std::uint32_t i = 0; i < all.size(); ++i) {
         if (!all[i].enclosed) {
-            out.not_enclosed.push_back(seen[i]);
+            out.not_enclosed.push_back(static_cast<std::uint32_t>(records[seen[i]].gaussian->id));
             continue;
         }
         for (auto const& colour : all[i].ball.colour) least = std::min(least, lower(colour)), greatest = std::max(greatest, upper(colour));
@@ -350,6 +356,7 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     });
     for (float const b : rules.background) least = std::min(least, double{b}), greatest = std::max(greatest, double{b});
     out.spread = (greatest - least) * 1.000001;
+    out.splats.reserve(order.size()), out.balls.reserve(order.size());
     for (auto const i : order) out.splats.push_back(all[i].splat), out.balls.push_back(all[i].ball);
     return out;
 }

@@ -17,6 +17,7 @@
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -66,7 +67,7 @@ inline void blend_row(BoundedRow& row, DoubleSplat const& e, int px, int py, int
         double const seen = drops > 0 ? behind : after;
         double const away = seen > limit ? seen - limit : limit - seen;
         double const there = drops > 0 ? in0 : in; // a term that may be there may be the last one
-        double const stops = away <= s * 1.000001 + t * (d + u4) ? (there > flips ? there : flips) : 0.0;
+        double const stops = away <= s * 1.000001 + t * (d + u4) && limit > 0 ? (there > flips ? there : flips) : 0.0;
         s += stops * (drops > 0 ? t : after) * 1.01;
         row.s[i] = s;
         row.doubtful[i] = flips + stops > 0 ? 1.0 : row.doubtful[i];
@@ -120,7 +121,7 @@ inline Enclosure::Decided blend_pixel(Ball (&sums)[5], std::int32_t x, std::int3
         a = smaller(a, Ball(rules.alpha_max));
         if (!visible || !e.must.contains(x, y)) a = hull(a, Ball(0)), decided = Enclosure::Decided::undecided;
         Ball const w = a * t, behind = t - w;
-        auto const stops = sign(behind - Ball(rules.transmittance_min));
+        auto const stops = rules.transmittance_min > 0 ? sign(behind - Ball(rules.transmittance_min)) : std::optional(1);
         if (drops && stops && *stops < 0) {
             stopped = true, keep();
             break;
@@ -154,7 +155,7 @@ inline Rounded depth_of(Rounded const& sum, Rounded const& t, double nearest, do
     return middle_of(std::max((sum.v - sum.e) / (most * wider), nearest / wider), std::min((sum.v + sum.e) / least * wider, farthest * wider));
 }
 
-/// A pixel with a larger radius (5e-9 levels) is blended in balls, too. Only needles of 1e10 and more need it.
+/// A pixel with a larger radius (5e-9 levels, of colours up to 1) is blended in balls, too. Needles of 1e10 and more need it.
 inline constexpr double widest_in_double = 2e-11;
 
 /// Encloses the pixels of one block.
@@ -197,13 +198,15 @@ inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& 
             }
             sums[4] = {row.t[i], s};
             if (row.t[i] == 1 && row.s[i] == 0) sums[3] = {0, 0}, sums[4] = {1, 0}; // no term
-            if (row.doubtful[i] != 0 || (tail == 0 && std::max({sums[0].e, sums[1].e, sums[2].e}) > widest_in_double)) {
+            bool const wide = std::max({sums[0].e, sums[1].e, sums[2].e}) > widest_in_double * std::max({1.0, spread[0], spread[1], spread[2]});
+            if (row.doubtful[i] != 0 || (tail == 0 && wide)) {
                 Ball balls[5];
                 out.decided[at] = blend_pixel(balls, px + i, py + j, p, list, rules);
                 for (int k = 0; k < 5; ++k) // the narrower one of the two
                     if (auto const narrow = round_to_double(balls[k]); narrow.e < sums[k].e) sums[k] = narrow;
             }
             for (std::size_t k = 0; k < 3; ++k) out.middle[3 * at + k] = sums[k].v, out.radius[3 * at + k] = sums[k].e + tail;
+            out.transmittance[at] = static_cast<float>(sums[4].v);
             if (out.alpha.middle.empty()) continue;
             auto const alpha = middle_of(1 - sums[4].v - sums[4].e, 1 - sums[4].v + sums[4].e), depth = depth_of(sums[3], sums[4], nearest, farthest);
             out.alpha.middle[at] = alpha.v, out.alpha.radius[at] = sums[4].e == 0 && sums[4].v == 1 ? 0 : alpha.e + 0x1p-52;
@@ -226,7 +229,7 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
         throw Error("an enclosure for an alpha_min of " + significant(double{rules.alpha_min}, 3) +
                     " (each record lights each pixel, in what a double cannot tell from nothing); give one of 1e-30 or more");
     auto scene = std::make_shared<EnclosedScene>();
-    scene->splats = project_all(records, camera, rules, whole ? std::numeric_limits<float>::min() : rules.alpha_min, options.threads);
+    scene->splats = project_all(records, camera, rules, whole ? std::numeric_limits<float>::denorm_min() : rules.alpha_min, options.threads);
     scene->rules = rules;
     auto const& p = scene->splats;
     for (auto const& splat : p.splats) scene->ids.push_back(records[splat.record].gaussian->id);
@@ -237,8 +240,10 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
     out.middle.resize(3 * pixels), out.radius.resize(3 * pixels), out.decided.resize(pixels, Enclosure::Decided::in_double);
     if (options.planes)
         for (auto* const plane : {&out.depth, &out.alpha}) plane->middle.resize(pixels), plane->radius.resize(pixels);
+    out.transmittance.resize(pixels);
     auto const columns = (camera.width + block_px - 1) / block_px, rows = (camera.height + block_px - 1) / block_px;
-    std::vector<std::vector<std::uint32_t>> lists(std::size_t{columns} * rows); // front to back
+    auto& lists = scene->lists;
+    lists.resize(std::size_t{columns} * rows), scene->columns = columns;
     for (std::uint32_t n = 0; n < p.splats.size(); ++n) {
         auto const& may = p.splats[n].may;
         for (int y = may.y0 / block_px; y <= (may.y1 - 1) / block_px; ++y)
@@ -343,11 +348,16 @@ TILEMESH_HOST std::string text_of(Certificate const& c)
                 not_below(c.median) + "; " + std::to_string(c.beyond) + " pixels beyond 0.01; " + std::to_string(c.in_wide) +
                 " decided in 100 bits, " + std::to_string(c.undecided) + " undecided)";
     if (!c.not_enclosed.empty())
-        text += "; NOT for the whole map: no interval encloses " + std::to_string(c.not_enclosed.size()) + " records, the first is row " +
+        text += "; NOT for the whole map: no interval encloses " + std::to_string(c.not_enclosed.size()) + " records, the first is Gaussian " +
                 std::to_string(c.not_enclosed.front());
-    for (auto const& [name, plane] : {std::pair("depth", &c.depth), std::pair("alpha", &c.alpha)})
-        if (*plane) text += std::string("; ") + name + " " + text_of(**plane);
-    for (auto const& [word, pixels] : c.causes) text += (&word == &c.causes.front().first ? "; by " : ", ") + word + " " + std::to_string(pixels);
+    for (auto const& [name, plane, unit] : {std::tuple("depth", &c.depth, " world units"), std::tuple("alpha", &c.alpha, "")})
+        if (*plane) text += std::string("; ") + name + " " + text_of(**plane) + unit;
+    std::uint64_t looked_at = 0;
+    for (auto const& [word, pixels] : c.causes) looked_at += pixels;
+    for (auto const& [word, pixels] : c.causes) {
+        text += &word != &c.causes.front().first ? ", " : looked_at < c.beyond ? "; of " + std::to_string(looked_at) + " looked at by " : "; by ";
+        text += word + " " + std::to_string(pixels);
+    }
     return text;
 }
 
