@@ -47,7 +47,7 @@ std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
 std::uint64_t bytes_a_pixel(Options const& options, std::size_t frames)
 {
     std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
-    bool const waits = options.reference || options.certify || options.trace || frames == 1;
+    bool const waits = options.reference || options.certify || options.bound || options.trace || frames == 1;
     return (waits ? 2 : 3) * (12 + planes) + (options.certify ? (planes != 0 ? 188 : 156) : options.reference ? 52 : 15);
 }
 

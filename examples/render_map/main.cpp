@@ -3,6 +3,7 @@
 #include "../shared/output_files.hpp"
 #include "../shared/process.hpp"
 #include "../shared/text.hpp"
+#include "bound.hpp"
 #include "certify.hpp"
 #include "choice.hpp"
 #include "explain.hpp"
@@ -182,6 +183,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             throw;
         }
     };
+    render_map::BoundRenderer bounds;
     using Way = render_map::Journal::Way;
     auto const with_pixels = journal ? render_map::needs_pixels(shots, renderer.rules(), *journal) : std::vector<bool>();
     for (std::size_t i = 0; i < shots.size() && shared::interrupt() == 0; ++i) {
@@ -205,7 +207,7 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
         frame.entry.tile_px = {renderer.tile().width, renderer.tile().height};
         while (writer.is_full(frame)) finish_one();
         writer.start(std::move(frame), shots[i]);
-        if (!trace && !options.reference && !options.certify) continue;
+        if (!trace && !options.reference && !options.certify && !options.bound) continue;
 
         // A trace describes the mesh as this frame left it, and a reference and an enclosure take all threads: the next frame waits for them.
         progress.say_frame("writing");
@@ -216,6 +218,11 @@ void render_frames(Options const& options, scene::Map const& map, std::vector<re
             break;
         }
         if (options.reference) compare_with_references(options, map, camera, renderer.rules(), progress, frame);
+        if (options.bound && shared::interrupt() == 0) {
+            progress.say_frame("bounding");
+            if (!bounds) bounds = render_map::make_bound_renderer(map, options.renderer.threads);
+            result.notes.push_back(render_map::bound(options, bounds, camera, renderer.rules(), shots.size(), frame));
+        }
         if (options.certify && shared::interrupt() == 0) {
             progress.say_frame("certifying");
             result.notes.push_back(render_map::certify(options, map, camera, renderer.rules(), shots.size(), frame, other));

@@ -38,6 +38,7 @@ constexpr Option<Options> picture_rows[] = {
     option<&Options::error_picture>("error-picture", "", "also write frame_0000.error.png: where --photos or --compare differ"),
     option<&Options::reference>("reference", "", "compare with double precision, with and without cut-offs (slow)"),
     option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds"),
+    option<&Options::bound>("bound", "", "bound each pixel's error on the tiles, too: frame_0000.bound.pfm (a second mesh)"),
     option<&Options::judge_scenes>("judge-scenes", "DIR", "write 12 small maps with bounding pictures, to judge other renderers; nothing else")};
 
 constexpr Word engines[] = {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}};
@@ -73,6 +74,7 @@ constexpr Pairing pairings[] = {
     {Pairing::needs, "cost-model", "trace", "cycles are modelled from a trace"},
     {Pairing::needs, "energy", "trace", "energy is counted from a trace"},
     {Pairing::needs, "follow", "trace", "what is followed is written beside a trace"},
+    {Pairing::excludes, "resume", "bound", "an earlier run has no bounds"},
     {Pairing::excludes, "resume", "certify", "an earlier run has no pictures of full precision to certify"},
     {Pairing::excludes, "resume", "trace", "the report of a trace needs every tile of every frame"},
     {Pairing::excludes, "resume", "video", "the video would lack the frames that an earlier run wrote"}};
@@ -117,6 +119,7 @@ void check_ranks(Options const& o)
         throw Error(std::string(option) + " with " + std::to_string(n) + " processes (" + why + "); " + remedy);
     };
     if (o.choice.engine == EngineKind::sequential) refuse("--engine sequential", "that engine checks the memory of one process", "leave it out, or start one process");
+    if (o.bound) refuse("--bound", "the bound's mesh has the whole map", "start one process");
     if (o.choice.trace) refuse("--trace", "each process has the trace of its own tiles", "start one process");
 }
 

@@ -38,6 +38,7 @@ struct Options : shared::MapInput, shared::CameraInput, shared::MotionInput, sha
     bool pfm = false; ///< planes are in `choice`
     bool reference = false;
     std::optional<std::filesystem::path> judge_scenes; ///< the folder for scenes with bounding pictures, in place of a run
+    bool bound = false;                               ///< the bound of each pixel, as the tiles know it
     bool certify = false;                             ///< with `pfm` also pictures of the bounds
     bool strict = false;                              ///< exit status 1 if a picture lacks records or copies
     bool resume = false;

@@ -55,6 +55,7 @@ constexpr Picture pictures[] = {{".png", [](Options const&) { return true; }},
                                 {".depth.upper.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.depth; }},
                                 {".alpha.lower.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.alpha; }},
                                 {".alpha.upper.pfm", [](Options const& o) { return o.certify && o.pfm && o.choice.alpha; }},
+                                {".bound.pfm", [](Options const& o) { return o.bound; }},
                                 {".error.png", [](Options const& o) { return o.error_picture; }}};
 
 /// The part of `name` after the number, if `name` is a `frame_file` of one of the first `frames` frames; otherwise empty.

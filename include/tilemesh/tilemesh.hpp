@@ -104,6 +104,7 @@
 #include <tilemesh/scene/splat_file.hpp>
 #include <tilemesh/scene/spz.hpp>
 #include <tilemesh/scene/trajectory.hpp>
+#include <tilemesh/splat/bounded.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/quality.hpp>

@@ -26,6 +26,8 @@
 #include <tilemesh/splat/cell_window.hpp>
 #include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/bloom.hpp>
+#include <tilemesh/splat/bound.hpp>
+#include <tilemesh/splat/bounded.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/compositing.hpp>
 #include <tilemesh/splat/depth_key.hpp>
