@@ -4,6 +4,7 @@
 #include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/report/detail/ball.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/splat/bounded.hpp>
@@ -107,6 +108,49 @@ TEST_CASE("the bound is not a hundred times too large where needles decide")
         escapes += sum.escapes;
     }
     CHECK(escapes > 0);
+}
+
+TEST_CASE("a float that decides otherwise at the cut, or at the stop, is bounded")
+{
+    Random random(11);
+    splat::Camera c{};
+    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8.25f, c.near_depth = 0.2f;
+    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    Sum sum;
+    std::uint32_t cuts = 0, stops = 0;
+    for (std::uint32_t n = 0; n < 200; ++n) {
+        std::vector<splat::Gaussian> records;
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            splat::Gaussian g{};
+            g.mean_world[0] = random.uniform(-.5f, .5f), g.mean_world[1] = random.uniform(-.5f, .5f), g.mean_world[2] = 2 + static_cast<float>(i);
+            for (float& q : g.rotation) q = random.uniform(-1, 1);
+            for (float& v : g.log_scale) v = random.uniform(-3, 0);
+            for (float& v : g.colour) v = random.uniform(.5f, 1);
+            g.opacity = random.uniform(.4f, .8f), g.id = splat::GaussianId{i + 1};
+            records.push_back(g);
+        }
+        splat::Rules rules;
+        auto const alpha = [&](std::size_t i, std::uint32_t x, std::uint32_t y) {
+            auto const s = splat::project(records[i], splat::make_view(c, rules), {16, 16});
+            return splat::alpha_at(s, static_cast<float>(x) + 0.5f - c.cx, static_cast<float>(y) + 0.5f - c.cy);
+        };
+        bool const at_cut = n % 2 == 0;
+        std::uint32_t const x = n % 8 + 4, y = n / 8 % 8 + 4;
+        float const first = alpha(0, x, y), second = alpha(1, x, y);
+        if (first < 0.01f || second < 0.01f) continue;
+        if (at_cut) rules.alpha_min = first;
+        else if (n % 4 == 1) rules.transmittance_min = 1 - first;
+        else rules.transmittance_min = 1 - first, rules.stop = splat::Stop::before_crossing;
+        Frame<splat::Gaussian> frame(records, c, rules);
+        frame.blend();
+        auto const e = report::enclose(records, c, rules);
+        compare(sum, frame.pixels, e);
+        double const off = std::fabs(double{frame.pixels[y * 16 + x].colour.rgb[0]} - e.middle[3 * (y * 16 + x)]);
+        (at_cut ? cuts : stops) += off > 0.001 ? 1 : 0;
+    }
+    CHECK(sum.escapes == 0);
+    CHECK(cuts > 3); // the floats did decide otherwise
+    CHECK(stops > 5);
 }
 
 TEST_CASE("depths are compared exactly, and a run in another order is bounded")

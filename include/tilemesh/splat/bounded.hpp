@@ -17,6 +17,8 @@ struct BoundedSplat : Splat {
     std::uint32_t own_columns = 0, own_rows = 0;
     float mean_world[3] = {};
 
+    BoundedSplat() = default;
+    explicit BoundedSplat(Splat const& s) noexcept : Splat(s), own_columns(s.columns), own_rows(s.rows) {}
     /// The splat of the picture.
     Splat own() const noexcept
     {
@@ -38,13 +40,11 @@ struct Access<BoundParameters> : Access<FrameParameters> {
     {
         auto const& view = frame.view;
         Splat const s = splat::project(g, view, frame.tiling);
-        BoundedSplat out{s,
-                         alpha_error(g, s, view, view.rules.arithmetic == Arithmetic::fast ? error_of_fast : 0.0f),
-                         s.columns,
-                         s.rows,
-                         {g.mean_world[0], g.mean_world[1], g.mean_world[2]}};
+        BoundedSplat out(s);
+        out.error = alpha_error(g, s, view, view.rules.arithmetic == Arithmetic::fast ? error_of_fast : 0.0f);
+        for (int k = 0; k < 3; ++k) out.mean_world[k] = g.mean_world[k];
         out.columns = out.error.columns, out.rows = out.error.rows;
-        if (out.columns == 0) return {};
+        if (out.columns == 0) return BoundedSplat();
         if (!s.visible()) { // only the exact formula may have it
             float const at_x = 0.5f * static_cast<float>((out.columns & 0xffffu) + (out.columns >> 16)),
                         at_y = 0.5f * static_cast<float>((out.rows & 0xffffu) + (out.rows >> 16));
