@@ -44,8 +44,8 @@ TILEMESH_KERNEL typename A::Word key_of(typename A::Real const& depth, typename 
     typename A::Real const sixteenths = A::select(is_fine, rest * scale * A::all(0x1p27f), A::all(0.0f)) + A::all(8.5f);
     Word const steps = ((fine_bits - bits_of_fine_from) << 4) + (A::truncate(sixteenths) - 8);
     Word const fine = (A::keep(steps > 0, steps) - 0x40000000) ^ static_cast<std::int32_t>(0x80000000u); // + 0x40000000, without a carry
-    // A lane without a meaning may be negative: its sign would overflow the difference.
-    Word const far = ((bits & 0x7fffffff) - bits_of_fine_to) | static_cast<std::int32_t>(first_far_key);
+    // The bits have 0x40000000 where this has a meaning. In this order nothing overflows, whatever they are elsewhere.
+    Word const far = (bits | static_cast<std::int32_t>(first_far_key)) - (bits_of_fine_to - 0x40000000);
     return A::keep(is_fine, fine) | A::keep(depth >= A::all(fine_to), far) | A::keep(depth < A::all(fine_from), bits);
 }
 
