@@ -99,15 +99,13 @@ OnlyAnchoredOption only_anchored(Options const& o)
     return {};
 }
 
-/// --judge-scenes takes the rules of the picture, and nothing of a run. A proof must be shown somewhere.
+/// --judge-scenes takes the rules of the picture, and nothing of a run.
 void check_judge_scenes(Options const& o, OptionTable const& table)
 {
     constexpr std::string_view rules[] = {"judge-scenes", "preset", "quality", "background", "antialias", "footprint", "arithmetic", "threads", "quiet"};
     for (auto const& [row, text] : table.given())
         if (o.judge_scenes && std::find(std::begin(rules), std::end(rules), row->name) == std::end(rules))
             throw Error("--judge-scenes and --" + std::string(row->name) + " are both given (the scenes have maps and cameras of their own); leave one of them out");
-    if (o.certify && o.quiet && !o.report && !o.pfm)
-        throw Error("--certify and --quiet are both given (nothing would show the proof); leave --quiet out, or add --report FILE");
 }
 
 /// Checks that several processes can do what the options ask for.
