@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tilemesh/config.hpp>
 #include <utility>
 #include <vector>
 
