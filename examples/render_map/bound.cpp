@@ -1,6 +1,7 @@
 #include "bound.hpp"
 #include "outputs.hpp"
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <tilemesh/basic_renderer.hpp>
@@ -44,7 +45,7 @@ std::string bound(Options const& options, BoundRenderer const& renderer, tilemes
     auto levels = result.alpha.values;
     std::sort(levels.begin(), levels.end());
     auto const at = [&](double q) {
-        return tilemesh::report::significant(255 * 1.01 * double{levels[static_cast<std::size_t>(q * static_cast<double>(levels.size() - 1))]}, 3);
+        return tilemesh::report::significant(255 * 1.01 * double{levels[static_cast<std::size_t>(std::ceil(q * static_cast<double>(levels.size() - 1)))]}, 3);
     };
     return of_frame + "on the tiles, in float32, every channel is within " + at(1) + "/255 of the exact formula (p99 " + at(0.99) + ", median " +
            at(0.5) + "; each pixel's is in " + frame_file(frame.index, ".bound.pfm") + ")";

@@ -43,12 +43,12 @@ std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
 /// The bytes of a frame per pixel: framebuffers and picture take 12 each, and 4 more for each plane; of several frames, one picture is
 /// written while the next is rendered. Then, one after the other, come the PNG encoder (3 of bytes, 3 filtered, 6 of a buffer that doubles,
 /// 3 of its result), a PFM (12), a frame of the video (3), the reference (error_measures.hpp: 12 and 40), or the enclosure (middle and radius 52, 32
-/// more with planes, a certificate 32, its causes 72).
+/// more with planes, a certificate 32, its causes 72). A bound adds a mesh's framebuffers and picture of 16 each, and 4 to sort.
 std::uint64_t bytes_a_pixel(Options const& options, std::size_t frames)
 {
     std::uint64_t const planes = (options.choice.depth ? 4u : 0u) + (options.choice.alpha ? 4u : 0u);
     bool const waits = options.reference || options.certify || options.bound || options.trace || frames == 1;
-    return (waits ? 2 : 3) * (12 + planes) + (options.certify ? (planes != 0 ? 188 : 156) : options.reference ? 52 : 15);
+    return (waits ? 2 : 3) * (12 + planes) + (options.certify ? (planes != 0 ? 188 : 156) : options.reference ? 52 : 15) + (options.bound ? 36 : 0);
 }
 
 /// The limits for a frame: the memory of a small host. A tile in use takes some pages, about 18 KB, so 2^18 tiles take 5 GB.

@@ -172,7 +172,7 @@ TEST_CASE("depths are compared exactly, and a run in another order is bounded")
     CHECK(splat::detail::depth_order(c, tiny, zero) == 2); // a product that is not exact
     CHECK(splat::detail::depth_order(c, zero, zero) == 0);
 
-    // Twelve splats within two steps of a key, blended in the wrong order.
+    // Twelve splats of one key, blended in the wrong order.
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) c.rotation[i][k] = i == k ? 1.0f : 0.0f;
     std::vector<splat::Gaussian> records;
@@ -193,7 +193,7 @@ TEST_CASE("depths are compared exactly, and a run in another order is bounded")
     std::reverse(frame.keys.begin(), frame.keys.end());
     frame.blend();
     compare(wrong, frame.pixels, e);
-    for (std::uint32_t i = 0; i < frame.keys.size(); ++i) frame.keys[i].depth_key += 8 * i; // nobody would look
+    for (std::uint32_t i = 0; i < frame.keys.size(); ++i) frame.keys[i].depth_key += 32 * i; // nobody would look
     frame.blend();
     compare(unsaid, frame.pixels, e);
     CHECK(right.escapes == 0);

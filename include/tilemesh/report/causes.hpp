@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <iterator>
+#include <span>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/certificate.hpp>
@@ -11,6 +12,7 @@
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {

@@ -6,7 +6,8 @@
 #include <tilemesh/splat/projection.hpp>
 
 /// A bound on what float32 does to a picture: beside each splat, how far its alpha may be from the exact formula's; beside each pixel, how far its
-/// colour may be. report/enclosure.hpp proves more, on a host in double; this one is for tiles: floats alone, and about as long as blending itself.
+/// colour may be. report/enclosure.hpp proves more, on a host in double. This one is for tiles: it takes floats alone. It costs about three
+/// times as long as blending.
 ///
 /// u = 2^-24. A pixel is affine in each alpha, so exchanging the computed alphas a~ for the exact a, one after the other, gives
 /// |C - C~| <= M S with S = sum T~_i |a_i - a~_i|, where M is the largest difference of two colours (enclosure.hpp, 3).
@@ -81,7 +82,7 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, float 
     for (float const v : g.colour)
         if (!(std::fabs(v) <= largest_colour)) return out;
     if (std::fabs(z - c.near_depth) <= z_error) return wild(c); // before or behind the near plane
-    if (!(z_error <= 64 * 4.2f * u * z)) return wild(c);        // the key of its depth would be off by more than a step
+    if (!(z_error <= 64 * 4.2f * u * z)) return wild(c);        // what `Runs` (bounded.hpp) requires of the key of its depth
     if (!s.visible() && !(z < 1e36f)) return wild(c);
     float const sx = dot<OneFloat>(w[0], d) / z, sy = dot<OneFloat>(w[1], d) / z;
     float const qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
@@ -186,9 +187,11 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, float 
     if constexpr (Record::sh_degree > 0) {
         // The direction is off by 6 u in each component, and a function of degree 3 has a slope of at most 5; the functions, and the sums.
         for (std::uint32_t k = 0; k < 3; ++k) {
-            float of_channel = 20 * std::fabs(g.colour[k]);
-            for (std::uint32_t i = 0; i < harmonics_per_channel(Record::sh_degree); ++i) of_channel += 128 * std::fabs(g.harmonics[3 * i + k]);
+            float of_channel = 20 * std::fabs(g.colour[k]), most = std::fabs(g.colour[k]);
+            for (std::uint32_t i = 0; i < harmonics_per_channel(Record::sh_degree); ++i)
+                of_channel += 128 * std::fabs(g.harmonics[3 * i + k]), most += 1.5f * std::fabs(g.harmonics[3 * i + k]);
             out.colour = u * of_channel > out.colour ? u * of_channel : out.colour;
+            if (!(most <= largest_colour)) out.colour = std::numeric_limits<float>::infinity(); // `shade` may leave it out
         }
     }
     return out;

@@ -68,7 +68,7 @@ inline int depth_order(Camera const& c, float const (&a)[3], float const (&b)[3]
     auto const add = [&](float v) noexcept { // components that do not overlap, of increasing size (Shewchuk 1997)
         int kept = 0;
         for (int i = 0; i < n; ++i) {
-            float const p = part[i], sum = p + v, v_in = sum - p, low = (p - (sum - v_in)) + (v - v_in);
+            float const sum = part[i] + v, low = rest_of_sum<float>(part[i], v, sum);
             if (low != 0) part[kept++] = low;
             v = sum;
         }
@@ -88,8 +88,12 @@ inline int depth_order(Camera const& c, float const (&a)[3], float const (&b)[3]
     return n == 0 ? 0 : part[n - 1] > 0 ? 1 : -1;
 }
 
-/// Says which splats of a list may stand in another order: keys that are at most two steps apart are compared exactly, and a run of such keys that
-/// is not in the exact order is one run for the bound.
+/// Says which splats of a list may stand in another order. Depths of close keys are compared exactly. A run of such keys that is not in the exact
+/// order is one run for the bound.
+///
+/// Keys are close if they are at most 16 steps apart. A step is at least 2^-28 of the depth. Before its rounding to a step, a key's depth is
+/// off by at most 2^-32 of the sum of the magnitudes |w d| (depth_key.hpp), and that sum is at most 64 depths (`alpha_error`). So a key is off
+/// by at most 4.5 steps, and two of them by 9.
 template <class SplatAt>
 class Runs {
 public:
@@ -101,7 +105,7 @@ public:
             begin_ = i, end_ = i + 1;
             for (; end_ < n_; ++end_) {
                 SortKey const &p = at_.keys[end_ - 1], &q = at_.keys[end_];
-                if (q.depth_key - p.depth_key > 2) break;
+                if (q.depth_key - p.depth_key > close_keys) break;
                 BoundedSplat const &a = at_.splats[p.slot], &b = at_.splats[q.slot];
                 int const sign = depth_order(camera_, a.mean_world, b.mean_world);
                 wrong = wrong || sign > 0 || (sign == 0 && b_is_before(q, p)) || a.error.is_wild() || b.error.is_wild();
@@ -112,6 +116,7 @@ public:
     }
 
 private:
+    static constexpr std::uint32_t close_keys = 16;
     static bool b_is_before(SortKey const& b, SortKey const& a) noexcept { return b.id < a.id; }
     SplatAt const& at_;
     Camera const& camera_;

@@ -209,10 +209,10 @@ public:
     void add(double b)
     {
         int kept = 0;
-        for (int i = 0; i < n_; ++i) { // two-sum (Knuth)
-            double const a = part_[i], s = a + b, part_of_b = s - a, low = (a - (s - part_of_b)) + (b - part_of_b);
-            if (low != 0) part_[kept++] = low;
-            b = s;
+        for (int i = 0; i < n_; ++i) {
+            Wide const s = two_sum(part_[i], b);
+            if (s.lo != 0) part_[kept++] = s.lo;
+            b = s.hi;
         }
         if (b != 0) part_[kept++] = b;
         n_ = kept;
