@@ -2,7 +2,6 @@
 #include "statistics.hpp"
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cstring>
 #include <span>
@@ -17,8 +16,6 @@ namespace {
 constexpr std::uint32_t tile_width = 32, tile_height = 20;
 /// The number of records projected at a time. Their splats (14 KiB) are still in the first cache when the keys are made.
 constexpr std::uint32_t batch = 256;
-/// The number of tiles that a thread takes at a time. It is small, so that no thread is left alone with dense tiles.
-constexpr std::uint32_t claim = 2;
 /// Bits of one radix pass: 2,048 counters are 8 KiB.
 constexpr std::uint32_t digit_bits = 11;
 
@@ -77,8 +74,9 @@ void Direct::render(splat::Camera const& camera, splat::Rules const& rules, Team
     team.run([&](std::uint32_t t) { fill(t, threads); });
     stages_.bin = stage.lap();
 
-    std::atomic<std::uint32_t> next{0};
-    team.run([&](std::uint32_t t) { blend(t, view, blend_tile, next); });
+    tilemesh::engine::detail::Shares tiles_left(threads); // a thread has the same tiles in each frame, as long as it has some left
+    tiles_left.set(tiles);
+    team.run([&](std::uint32_t t) { blend(t, view, blend_tile, tiles_left); });
     stages_.blend = stage.lap();
 
     pairs_ = contributing_ = 0;
@@ -251,13 +249,12 @@ void Direct::fill(std::uint32_t thread, std::uint32_t threads)
     }
 }
 
-void Direct::blend(std::uint32_t thread, splat::View const& view, BlendTile blend_tile, std::atomic<std::uint32_t>& next)
+void Direct::blend(std::uint32_t thread, splat::View const& view, BlendTile blend_tile, tilemesh::engine::detail::Shares& tiles_left)
 {
     auto& share = shares_[thread];
     share.evaluated = share.contributing = 0;
-    auto const tiles = static_cast<std::uint32_t>(begin_.size() - 1);
-    for (std::uint32_t first; (first = next.fetch_add(claim, std::memory_order_relaxed)) < tiles;)
-        for (auto tile = first; tile < std::min(first + claim, tiles); ++tile) {
+    for (std::uint32_t first, last; tiles_left.take(thread, first, last);)
+        for (auto tile = first; tile < last; ++tile) {
             auto const at = tilemesh::TileId::at(tile % tiling_.columns, tile / tiling_.columns);
             auto const rect = splat::pixels_of(tiling_, view.camera, at);
             auto const count =

@@ -1,8 +1,8 @@
 #pragma once
 #include "team.hpp"
-#include <atomic>
 #include <cstdint>
 #include <span>
+#include <tilemesh/engine/team.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -76,7 +76,7 @@ private:
     void count(std::uint32_t thread, std::uint32_t threads);
     void place();
     void fill(std::uint32_t thread, std::uint32_t threads);
-    void blend(std::uint32_t thread, splat::View const& view, BlendTile blend_tile, std::atomic<std::uint32_t>& next);
+    void blend(std::uint32_t thread, splat::View const& view, BlendTile blend_tile, tilemesh::engine::detail::Shares& tiles_left);
 
     std::vector<splat::Gaussian> gaussians_;
     std::vector<splat::Splat> splats_;

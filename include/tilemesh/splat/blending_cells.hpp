@@ -3,10 +3,10 @@
 #include <tilemesh/splat/number.hpp>
 #include <utility>
 
-/// Blends splats, front to back, into a cell of 8 x 4 pixels: the arithmetic `fast`. A batch of splats goes through three short loops
-/// (`BlendPair`, for a target with more registers, has one):
+/// Blends splats, front to back, into a cell of 8 x 4 pixels: the arithmetic `fast`. A batch of splats goes through three short loops:
 /// `start` (alpha of the first row, and the ratio of the second row to it), `weigh` (the recurrence down the rows, the cut, the stop,
-/// w = alpha T) and `colour` (C += w c). So the state that a loop changes stays in 16 registers, and turns of a loop overlap.
+/// w = alpha T) and `colour` (C += w c). So the state that a loop changes stays in 16 registers, and turns of a loop overlap. A target whose
+/// vectors hold two rows of a cell has the registers for one loop (cell_wide.hpp).
 ///
 /// The bits of a pixel do not depend on the lanes, on the batches, or on the pixels that are blended beside it.
 TILEMESH_EXACT_BEGIN
@@ -17,35 +17,17 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::detail {
 /// The columns of a cell that are computed at once, for a target with N lanes.
 template <std::uint32_t N>
 inline constexpr std::uint32_t columns_at_once = N < cell_width ? N : cell_width;
-using CellRows = std::make_integer_sequence<std::uint32_t, cell_height>;
 
-/// Two cells side by side, for a target whose vectors hold a row of both.
-template <class AnyCell>
-struct CellPair {
-    AnyCell &left, &right;
-};
 /// Row k of a field.
 template <std::uint32_t N, class AnyCell, class Field>
 TILEMESH_KERNEL Floats<N> load_row(AnyCell const& cell, Field field, std::uint32_t k, std::uint32_t column) noexcept
 {
-    if constexpr (N <= cell_width) {
-        return load<N>((cell.*field)[k] + column);
-    } else {
-        Floats<N> both;
-        join(load<cell_width>((cell.left.*field)[k]), load<cell_width>((cell.right.*field)[k]), both);
-        return both;
-    }
+    return load<N>((cell.*field)[k] + column);
 }
 template <std::uint32_t N, class AnyCell, class Field>
-TILEMESH_KERNEL void store_row(AnyCell&& cell, Field field, std::uint32_t k, std::uint32_t column, Floats<N> const& v) noexcept
+TILEMESH_KERNEL void store_row(AnyCell& cell, Field field, std::uint32_t k, std::uint32_t column, Floats<N> const& v) noexcept
 {
-    if constexpr (N <= cell_width) {
-        put<N>((cell.*field)[k] + column, v);
-    } else {
-        Floats<cell_width> left, right;
-        split(v, left, right);
-        put<cell_width>((cell.left.*field)[k], left), put<cell_width>((cell.right.*field)[k], right);
-    }
+    put<N>((cell.*field)[k] + column, v);
 }
 
 /// The splats that are blended at a time, at most.
@@ -162,15 +144,35 @@ struct Weighing {
     Floats<N> t[cell_height];
     Words<N> seen;
 };
-/// The cuts of the rules, in all lanes.
+/// The cuts and the clamp of the rules, in all lanes.
 template <std::uint32_t N>
 struct Cuts {
-    Floats<N> alpha, transmittance;
+    Floats<N> alpha, transmittance, most;
+    TILEMESH_KERNEL explicit Cuts(Rules const& rules) noexcept
+        : alpha(broadcast<N>(rules.alpha_min)), transmittance(broadcast<N>(rules.transmittance_min)), most(broadcast<N>(rules.alpha_max))
+    {
+    }
 };
 /// One pair of a splat and N pixels: w = alpha T and T -= w, where alpha passes the cut and the pixel goes on. Returns w.
 template <class Stop, std::uint32_t N>
 TILEMESH_KERNEL Floats<N> weighed(Floats<N>& t, Words<N>& seen, Floats<N> const& alpha, Cuts<N> const& least) noexcept
 {
+#if defined(__AVX512F__) && !defined(__clang__)
+    if constexpr (N == 16) { // of the code below GCC 12 makes more instructions than masks need
+        constexpr int at_least = 13, below = 17, current = 4; // quiet compares, false for NaN
+        auto in = __builtin_ia32_cmpps512_mask(alpha, least.alpha, at_least, static_cast<unsigned short>(0xffff), current);
+        in = __builtin_ia32_cmpps512_mask(t, least.transmittance, at_least, in, current);
+        if constexpr (Stop::drops_crossing) {
+            auto const crosses = __builtin_ia32_cmpps512_mask(t - alpha * t, least.transmittance, below, in, current);
+            t = floats_of<N>(__builtin_ia32_pxord512_mask(bits_of<N>(t), broadcast_word<N>(-0x7fffffff - 1), bits_of<N>(t), crosses));
+            in = static_cast<unsigned short>(in & ~crosses);
+        }
+        Floats<N> const weight = __builtin_ia32_mulps512_mask(alpha, t, Floats<N>{}, in, current);
+        t = t - weight;
+        seen = __builtin_ia32_paddd512_mask(seen, broadcast_word<N>(1), seen, in);
+        return weight;
+    }
+#endif
     Words<N> in = alpha >= least.alpha;
     in &= t >= least.transmittance;
     if constexpr (Stop::drops_crossing) {
@@ -191,20 +193,27 @@ TILEMESH_KERNEL void weigh_rows(Weighing<N>& s, float* rows, Cuts<N> const& leas
 {
     (put<N>(rows + V * N, weighed<Stop, N>(s.t[V], s.seen, load<N>(rows + V * N), least)), ...);
 }
+/// min(alpha, alpha_max) of a splat whose alpha may be larger.
+template <bool Clamped, std::uint32_t N>
+TILEMESH_KERNEL Floats<N> at_alpha_max(Floats<N> const& alpha, Floats<N> const& most) noexcept
+{
+    if constexpr (!Clamped) return alpha;
+    return at_most<N>(most, alpha); // NaN, which a wide power may give below the cut, stays
+}
 /// `weigh_rows` of one splat, with alpha by recurrence.
-template <class Stop, std::uint32_t N, std::uint32_t Most>
+template <class Stop, bool Clamped, std::uint32_t N, std::uint32_t Most>
 TILEMESH_KERNEL void weigh_recurring(Weighing<N>& s, Batch<N, Most>& batch, std::uint32_t h, float q, Cuts<N> const& least) noexcept
 {
     static_assert(cell_height == 4, "the rows are written out");
     auto& rows = batch.rows[h];
     Floats<N> alpha = load<N>(batch.first[h]), ratio = load<N>(batch.ratio[h]);
-    put<N>(rows[0], weighed<Stop, N>(s.t[0], s.seen, alpha, least));
+    put<N>(rows[0], weighed<Stop, N>(s.t[0], s.seen, at_alpha_max<Clamped, N>(alpha, least.most), least));
     alpha = alpha * ratio, ratio = q * ratio;
-    put<N>(rows[1], weighed<Stop, N>(s.t[1], s.seen, alpha, least));
+    put<N>(rows[1], weighed<Stop, N>(s.t[1], s.seen, at_alpha_max<Clamped, N>(alpha, least.most), least));
     alpha = alpha * ratio, ratio = q * ratio;
-    put<N>(rows[2], weighed<Stop, N>(s.t[2], s.seen, alpha, least));
+    put<N>(rows[2], weighed<Stop, N>(s.t[2], s.seen, at_alpha_max<Clamped, N>(alpha, least.most), least));
     alpha = alpha * ratio;
-    put<N>(rows[3], weighed<Stop, N>(s.t[3], s.seen, alpha, least));
+    put<N>(rows[3], weighed<Stop, N>(s.t[3], s.seen, at_alpha_max<Clamped, N>(alpha, least.most), least));
 }
 template <std::uint32_t N, class AnyCell, std::uint32_t... V>
 TILEMESH_KERNEL void load_weighing(Weighing<N>& s, AnyCell const& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
@@ -213,19 +222,11 @@ TILEMESH_KERNEL void load_weighing(Weighing<N>& s, AnyCell const& cell, std::uin
     ((s.t[V] = load_row<N>(cell, &CellFields::transmittance, V, column)), ...);
 }
 template <std::uint32_t N, class AnyCell, std::uint32_t... V>
-TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell&& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
+TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell& cell, std::uint32_t column, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     (store_row<N>(cell, &CellFields::transmittance, V, column, s.t[V]), ...);
-    if constexpr (N <= cell_width) {
-        std::int32_t* const to = cell.contributing + column;
-        store(to, Words<N>(load_words<N>(to) + s.seen));
-    } else {
-        constexpr std::uint32_t W = cell_width;
-        Words<W> left, right;
-        split(s.seen, left, right);
-        store(cell.left.contributing, Words<W>(load_words<W>(cell.left.contributing) + left));
-        store(cell.right.contributing, Words<W>(load_words<W>(cell.right.contributing) + right));
-    }
+    std::int32_t* const to = cell.contributing + column;
+    store(to, Words<N>(load_words<N>(to) + s.seen));
 }
 /// 1 if a lane is set, else 0.
 template <std::uint32_t N>
@@ -241,33 +242,27 @@ TILEMESH_KERNEL std::uint32_t any_pixel(Words<N> const& mask) noexcept
         return any != 0 ? 1u : 0u;
     }
 }
-/// 1 if a pixel of the cell goes on, else 0; of two cells, the right one's answer times 2 is added.
+/// 1 if a pixel of the cell goes on, else 0.
 template <std::uint32_t N, std::uint32_t... V>
 TILEMESH_KERNEL std::uint32_t goes_on(Weighing<N> const& s, Cuts<N> const& least, std::integer_sequence<std::uint32_t, V...>) noexcept
 {
-    Words<N> const going = ((s.t[V] >= least.transmittance) | ...);
-    if constexpr (N <= cell_width) {
-        return any_pixel<N>(going);
-    } else {
-        Words<cell_width> left, right;
-        split(going, left, right);
-        return any_pixel<cell_width>(left) | any_pixel<cell_width>(right) << 1;
-    }
+    return any_pixel<N>(((s.t[V] >= least.transmittance) | ...));
 }
-/// The weights w = alpha T of a batch. `Recurs`: alpha comes by recurrence, not from the rows. Returns whether a pixel goes on.
-template <class Stop, bool Recurs, std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
+/// The weights w = alpha T of a batch. `Recurs`: alpha comes by recurrence, and may exceed alpha_max if it is `Clamped`; else from the rows.
+/// Returns whether a pixel goes on.
+template <class Stop, bool Recurs, bool Clamped, std::uint32_t N, std::uint32_t Most, class AnyCell, std::uint32_t Size, class Number>
 TILEMESH_KERNEL std::uint32_t weigh(Batch<N, Most>& batch, AnyCell& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
                                     std::uint32_t column, Rules const& rules) noexcept
 {
     Weighing<N> s;
     load_weighing<N>(s, cell, column, CellRows{});
-    Cuts<N> const least{broadcast<N>(rules.alpha_min), broadcast<N>(rules.transmittance_min)};
+    Cuts<N> const least(rules);
 #if defined(__clang__)
 #    pragma clang loop unroll(disable)
 #endif
     for (std::uint32_t h = 0; h < n; ++h) {
         if constexpr (Recurs)
-            weigh_recurring<Stop, N>(s, batch, h, c.q[list[h]], least);
+            weigh_recurring<Stop, Clamped, N>(s, batch, h, c.q[list[h]], least);
         else
             weigh_rows<Stop, N>(s, &batch.rows[h][0][0], least, CellRows{});
     }
@@ -293,7 +288,7 @@ TILEMESH_KERNEL void load_field(Floats<N> (&v)[cell_height], AnyCell const& cell
     ((v[V] = load_row<N>(cell, field, V, column)), ...);
 }
 template <std::uint32_t N, class AnyCell, class Field, std::uint32_t... V>
-TILEMESH_KERNEL void store_field(Floats<N> const (&v)[cell_height], AnyCell&& cell, Field field, std::uint32_t column,
+TILEMESH_KERNEL void store_field(Floats<N> const (&v)[cell_height], AnyCell& cell, Field field, std::uint32_t column,
                                  std::integer_sequence<std::uint32_t, V...>) noexcept
 {
     (store_row<N>(cell, field, V, column, v[V]), ...);
@@ -335,62 +330,14 @@ TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChun
     store_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
 }
 
-/// Blends splats that need no more than the recurrence and the clamp, with all sums in registers, for a target that has 32. The bits are those of
-/// `start`, CorrectRows, `weigh` and `colour`.
-template <class Rule, class Stop, std::uint32_t N, class AnyCell, std::uint32_t Size, class Number>
-TILEMESH_KERNEL std::uint32_t blend_at_once(AnyCell const& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n, Floats<N> const& xs,
-                                            float y, Rules const& rules) noexcept
-{
-    Weighing<N> s;
-    load_weighing<N>(s, cell, 0, CellRows{});
-    Floats<N> r[cell_height], g[cell_height], b[cell_height];
-    load_field<N>(r, cell, &CellFields::red, 0, CellRows{});
-    load_field<N>(g, cell, &CellFields::green, 0, CellRows{});
-    load_field<N>(b, cell, &CellFields::blue, 0, CellRows{});
-    auto const most = broadcast<N>(rules.alpha_max);
-    Cuts<N> const least{broadcast<N>(rules.alpha_min), broadcast<N>(rules.transmittance_min)};
-    auto const lowest = broadcast<N>(lowest_exponent), steepest = broadcast<N>(steepest_rise);
-    auto next = exponents<N>(c, list[0], xs, y);
-#if defined(__clang__)
-#    pragma clang loop unroll_count(2)
-#endif
-    for (std::uint32_t h = 0; h < n; ++h) {
-        auto const now = next;
-        next = exponents<N>(c, list[h + 1], xs, y);
-        Floats<N> alpha = power_of_two<Rule::degree, N>(at_least<N>(now.power, lowest));
-        Floats<N> ratio = power_of_two<Rule::degree, N>(between<N>(now.rise, lowest, steepest));
-        float const q = c.q[list[h]];
-        CellSplat const& splat = c.splats[list[h]];
-        float const red = splat.red, green = splat.green, blue = splat.blue;
-        Floats<N> const w0 = weighed<Stop, N>(s.t[0], s.seen, at_most<N>(alpha, most), least);
-        alpha = alpha * ratio, ratio = q * ratio;
-        Floats<N> const w1 = weighed<Stop, N>(s.t[1], s.seen, at_most<N>(alpha, most), least);
-        alpha = alpha * ratio, ratio = q * ratio;
-        Floats<N> const w2 = weighed<Stop, N>(s.t[2], s.seen, at_most<N>(alpha, most), least);
-        alpha = alpha * ratio;
-        Floats<N> const w3 = weighed<Stop, N>(s.t[3], s.seen, at_most<N>(alpha, most), least);
-        r[0] = multiply_add_lanes<N>(red, w0, r[0]), r[1] = multiply_add_lanes<N>(red, w1, r[1]);
-        r[2] = multiply_add_lanes<N>(red, w2, r[2]), r[3] = multiply_add_lanes<N>(red, w3, r[3]);
-        g[0] = multiply_add_lanes<N>(green, w0, g[0]), g[1] = multiply_add_lanes<N>(green, w1, g[1]);
-        g[2] = multiply_add_lanes<N>(green, w2, g[2]), g[3] = multiply_add_lanes<N>(green, w3, g[3]);
-        b[0] = multiply_add_lanes<N>(blue, w0, b[0]), b[1] = multiply_add_lanes<N>(blue, w1, b[1]);
-        b[2] = multiply_add_lanes<N>(blue, w2, b[2]), b[3] = multiply_add_lanes<N>(blue, w3, b[3]);
-    }
-    store_field<N>(r, cell, &CellFields::red, 0, CellRows{});
-    store_field<N>(g, cell, &CellFields::green, 0, CellRows{});
-    store_field<N>(b, cell, &CellFields::blue, 0, CellRows{});
-    store_weighing<N>(s, cell, 0, CellRows{});
-    return goes_on<N>(s, least, CellRows{});
-}
-
 /// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
-/// perhaps into columns beside them. `special`: a splat of the list has a bit of Special. Returns 1 if a pixel of these columns goes on. One
+/// perhaps into columns beside them. `special`: the bits of Special that splats of the list may have. Returns 1 if a pixel of these columns goes on. One
 /// number more is read.
 template <class Rule, class Stop>
 struct BlendCell {
     template <class Set, class AnyCell, std::uint32_t Size, class Number>
     TILEMESH_KERNEL static std::uint32_t run(AnyCell& cell, CellChunk<Size> const& c, Number const* list, std::uint32_t n, CellPlace const& at,
-                                             std::uint32_t columns, bool special, Rules const& rules) noexcept
+                                             std::uint32_t columns, std::uint32_t special, Rules const& rules) noexcept
     {
         constexpr std::uint32_t N = columns_at_once<Set::most_lanes>;
         Batch<N, batch_of<Size>> batch;
@@ -400,30 +347,18 @@ struct BlendCell {
             if ((columns >> column & ((1u << N) - 1)) == 0) continue;
             Floats<N> const xs = __builtin_convertvector(counted_lanes<N>(), Floats<N>) + static_cast<float>(at.column + column) + 0.5f - at.cx;
             start<Rule, N>(batch, c, list, n, xs, y);
-            if (special) Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
-            going |= special ? weigh<Stop, false, N>(batch, cell, c, list, n, column, rules)
-                             : weigh<Stop, true, N>(batch, cell, c, list, n, column, rules);
+            if (special == 0) {
+                going |= weigh<Stop, true, false, N>(batch, cell, c, list, n, column, rules);
+            } else if (recurs(special)) {
+                going |= weigh<Stop, true, true, N>(batch, cell, c, list, n, column, rules);
+            } else {
+                Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
+                going |= weigh<Stop, false, false, N>(batch, cell, c, list, n, column, rules);
+            }
             colour<N>(cell, batch, c, list, n, column);
             if constexpr (AnyCell::has_depth) depths<N>(cell, batch, c, list, n, column);
         }
         return going;
-    }
-};
-/// Blends the splats that `list` names, which have no bit of Special but `clamped`, into two cells side by side; `at` is the left one's place.
-/// Returns 1 if a pixel of the left cell goes on, plus 2 if one of the right cell does. One number more is read. The bits are those of BlendCell.
-template <class Rule, class Stop>
-struct BlendPair {
-    template <class Set, class AnyCell, std::uint32_t Size, class Number>
-    TILEMESH_KERNEL static std::uint32_t run(CellPair<AnyCell> const& cells, CellChunk<Size> const& c, Number const* list, std::uint32_t n,
-                                             CellPlace const& at, Rules const& rules) noexcept
-    {
-        constexpr std::uint32_t N = 2 * cell_width;
-        if constexpr (Set::most_lanes < N) {
-            return 0; // this set is not asked
-        } else {
-            Floats<N> const xs = __builtin_convertvector(counted_lanes<N>(), Floats<N>) + static_cast<float>(at.column) + 0.5f - at.cx;
-            return blend_at_once<Rule, Stop, N>(cells, c, list, n, xs, static_cast<float>(at.row) + 0.5f - at.cy, rules);
-        }
     }
 };
 

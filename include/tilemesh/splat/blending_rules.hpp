@@ -67,14 +67,11 @@ TILEMESH_KERNEL Floats<N> coefficient(int k) noexcept
                                {1.00000012f, 0.693146944f, 0.240221202f, 0.0555071309f, 0.00967554096f, 0.00132764725f}};
     return broadcast<N>(c[Degree - 3][k]);
 }
-/// 2^x for |x| <= 126.
+/// 2^r for |r| <= 1/2.
 template <int Degree, std::uint32_t N>
-TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
+TILEMESH_KERNEL Floats<N> polynomial(Floats<N> const& r) noexcept
 {
     static_assert(Degree >= 3 && Degree <= 5, "polynomials of degree 3, 4 and 5 are known");
-    constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
-    Floats<N> const shifted = x + to_integer;
-    Floats<N> const r = x - (shifted - to_integer);
     Floats<N> p = coefficient<Degree, N>(Degree);
 #if defined(__clang__)
     for (int i = Degree; i-- > 0;) p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(i)); // written out, Clang 16 would spill more registers
@@ -86,6 +83,15 @@ TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(1));
     p = multiply_add_lanes<N>(p, r, coefficient<Degree, N>(0));
 #endif
+    return p;
+}
+/// 2^x for |x| <= 126.
+template <int Degree, std::uint32_t N>
+TILEMESH_KERNEL Floats<N> power_of_two(Floats<N> const& x) noexcept
+{
+    constexpr float to_integer = 12582912.0f; // 1.5 * 2^23: adding it rounds to the nearest integer
+    Floats<N> const shifted = x + to_integer;
+    Floats<N> const p = polynomial<Degree, N>(x - (shifted - to_integer));
     return floats_of<N>(bits_of<N>(p) + (bits_of<N>(shifted) << 23));
 }
 

@@ -159,18 +159,18 @@ TILEMESH_KERNEL Words<L> valid_lanes(std::uint32_t i, std::uint32_t n) noexcept
 {
     return counted_lanes<L>() + static_cast<std::int32_t>(i) < static_cast<std::int32_t>(n);
 }
-/// The lanes in which splats are tested: two at least, and no more than a list has room for.
-template <std::uint32_t N>
-inline constexpr std::uint32_t list_lanes = N < 2 ? 2 : N > 8 ? 8 : N;
+/// The lanes in which the splats of a chunk are tested: two at least, and no more than are filled.
+template <std::uint32_t N, std::uint32_t Size>
+inline constexpr std::uint32_t list_lanes = N < 2 ? 2 : N > CellChunk<Size>::filled ? CellChunk<Size>::filled : N;
 
 /// Completes the first n splats of a chunk: their words that follow from others. Returns all bits of Special that a splat has. The chunk must be
-/// filled to a multiple of 8.
+/// filled to a multiple of `CellChunk::filled`.
 template <class Rule>
 struct CompleteCells {
     template <class Set, std::uint32_t Size>
     TILEMESH_KERNEL static std::uint32_t run(CellChunk<Size>& c, std::uint32_t n, Camera const& camera, float alpha_max) noexcept
     {
-        constexpr std::uint32_t L = list_lanes<Set::most_lanes>;
+        constexpr std::uint32_t L = list_lanes<Set::most_lanes, Size>;
         Words<L> any{};
         for (std::uint32_t i = 0; i < (n + 7) / 8 * 8; i += L) { // lists are made of 8 splats at a time
             Floats<L> const exponent = load<L>(c.across + i) * (2 * log2_e); // never above 0
@@ -190,7 +190,7 @@ struct ReachCells {
     template <class Set, std::uint32_t Size>
     TILEMESH_KERNEL static void run(CellChunk<Size>& c, std::uint32_t n, CellWindow const& window) noexcept
     {
-        constexpr std::uint32_t L = list_lanes<Set::most_lanes>;
+        constexpr std::uint32_t L = list_lanes<Set::most_lanes, Size>;
         using A = FloatLanes<L>;
         float const y = static_cast<float>(window.row) + 0.5f - window.camera->cy;
         for (std::uint32_t i = 0; i < (n + 7) / 8 * 8; i += L) { // as in CompleteCells
@@ -229,7 +229,7 @@ public:
     using Number = std::uint32_t;
     void begin(CellChunk<Size> const& chunk, std::uint32_t n, std::uint32_t) noexcept { chunk_ = &chunk, n_ = n; }
     /// Lists the splats of a cell and one number more. Returns how many they are.
-    std::uint32_t list(std::uint32_t cell, Number* to) const noexcept
+    std::uint32_t list(std::uint32_t cell, std::uint32_t, Number* to) const noexcept
     {
         std::uint32_t count = 0;
         for (std::uint32_t i = 0; i < n_; ++i) { // no branch: a predictor cannot know the splats
@@ -304,39 +304,126 @@ public:
             }
         }
     }
-    std::uint32_t list(std::uint32_t cell, Number* to) const noexcept
+    /// How many splats a cell has, or two cells together.
+    std::uint32_t count(std::uint32_t cell, std::uint32_t other) const noexcept
     {
-        return expand([&masks = masks_[cell / 8], cell](std::uint32_t g) noexcept { return std::uint32_t{masks[g][cell % 8]}; }, to);
+        std::uint32_t n = 0;
+        for (std::uint32_t g = 0; g < groups_; ++g) n += set_bits.count[splats_of(g, cell) | splats_of(g, other)];
+        return n;
     }
-    /// Lists the splats of either of two cells, and one number more.
-    std::uint32_t list_of_both(std::uint32_t cell, std::uint32_t other, Number* to) const noexcept
-    {
-        return expand([&masks = masks_[cell / 8], &others = masks_[other / 8], cell, other](std::uint32_t g) noexcept {
-            return std::uint32_t{masks[g][cell % 8]} | others[g][other % 8];
-        }, to);
-    }
-
-private:
-    template <class SplatsOf>
-    std::uint32_t expand(SplatsOf const& splats_of, Number* to) const noexcept
+    /// Lists the splats of a cell, or of two cells together, and two numbers more. Returns how many they are.
+    std::uint32_t list(std::uint32_t cell, std::uint32_t other, Number* to) const noexcept
     {
         static_assert(Size <= 256, "a number is a byte");
         Number* next = to;
         for (std::uint32_t g = 0, groups = groups_; g < groups; ++g) { // a copy: a store of bytes might change the member
-            std::uint32_t const splats = splats_of(g);
+            std::uint32_t const splats = splats_of(g, cell) | splats_of(g, other);
             std::uint32_t const numbers[2] = {set_bits.of[splats][0] + g * 0x08080808u, set_bits.of[splats][1] + g * 0x08080808u};
             std::memcpy(next, numbers, sizeof numbers);
             next += set_bits.count[splats];
         }
-        *next = 0;
+        next[0] = next[1] = 0;
         return static_cast<std::uint32_t>(next - to);
     }
+
+private:
+    std::uint32_t splats_of(std::uint32_t g, std::uint32_t cell) const noexcept { return masks_[cell / 8][g][cell % 8]; }
 
     std::uint32_t groups_;
     std::uint8_t masks_[4][Size / 8][8];
 };
+
+#if defined(__AVX512F__)
+/// 0, 1, 2 and so on, as bytes.
+struct ByteNumbers {
+    alignas(64) char of[64]{};
+    constexpr ByteNumbers() noexcept
+    {
+        for (int i = 0; i < 64; ++i) of[i] = static_cast<char>(i);
+    }
+};
+inline constexpr ByteNumbers byte_numbers{};
+
+/// The same for a target with masks of 16 lanes: they are a cell's splats, and it stores the numbers of the lanes that are set.
 template <std::uint32_t Size>
-using ListsOf = std::conditional_t<(Size > 16), SwappedLists<Size>, ScannedLists<Size>>;
+class MaskedLists {
+public:
+    using Number = std::uint8_t;
+    void begin(CellChunk<Size> const& chunk, std::uint32_t n, std::uint32_t cells) noexcept
+    {
+        words_ = (n + 63) / 64;
+        for (std::uint32_t k = 0; k < words_; ++k)
+            for (std::uint32_t i = 0; i < cells; ++i) masks_[i][k] = bits_in(chunk.cells + 64 * k, 1 << i);
+        for (std::uint32_t k = words_; k < Size / 64; ++k)
+            for (std::uint32_t i = 0; i < cells; ++i) masks_[i][k] = 0;
+        if (n % 64 != 0)
+            for (std::uint32_t i = 0; i < cells; ++i) masks_[i][n / 64] &= (std::uint64_t{1} << n % 64) - 1;
+    }
+    std::uint32_t count(std::uint32_t cell, std::uint32_t other) const noexcept
+    {
+        std::uint32_t n = 0;
+        for (std::uint32_t k = 0; k < Size / 64; ++k) n += bits_set(masks_[cell][k] | masks_[other][k]);
+        return n;
+    }
+    std::uint32_t list(std::uint32_t cell, std::uint32_t other, Number* to) const noexcept
+    {
+        std::uint32_t n = 0;
+        for (std::uint32_t k = 0; k < Size / 64; ++k)
+            if (std::uint64_t const splats = masks_[cell][k] | masks_[other][k]; splats != 0) n += list_bits(splats, 64 * k, to + n);
+        to[n] = to[n + 1] = 0;
+        return n;
+    }
+
+private:
+    static std::uint32_t bits_set(std::uint64_t bits) noexcept { return static_cast<std::uint32_t>(__builtin_popcountll(bits)); }
+    /// The words of 64 that have a bit of `bit`, as bits.
+    static std::uint64_t bits_in(std::uint32_t const* words, std::int32_t bit) noexcept
+    {
+        std::uint64_t all = 0;
+        for (std::uint32_t i = 0; i < 4; ++i) {
+            Words<16> const v = loaded<16>(words + 16 * i) & broadcast_word<16>(bit);
+#    if defined(__clang__)
+            auto const lanes = __builtin_ia32_cvtd2mask512(v != 0);
+#    else
+            auto const lanes = __builtin_ia32_ptestmd512(v, v, static_cast<unsigned short>(0xffff));
+#    endif
+            all |= std::uint64_t{lanes} << 16 * i;
+        }
+        return all;
+    }
+    /// Stores first + i for each bit i that is set. Returns how many they are; it may write 64 bytes.
+    static std::uint32_t list_bits(std::uint64_t bits, std::uint32_t first, Number* to) noexcept
+    {
+#    if defined(__AVX512VBMI2__)
+        typedef char Bytes __attribute__((vector_size(64)));
+        Bytes numbers;
+        std::memcpy(&numbers, byte_numbers.of, sizeof numbers);
+        store(to, __builtin_ia32_compressqi512_mask(numbers + static_cast<char>(first), Bytes{}, bits));
+        return bits_set(bits);
+#    else
+        typedef char Bytes __attribute__((vector_size(16)));
+        std::uint32_t n = 0;
+        for (std::uint32_t i = 0; i < 64; i += 16) {
+            auto const lanes = static_cast<unsigned short>(bits >> i);
+            Words<16> const numbers = counted_lanes<16>() + static_cast<std::int32_t>(first + i);
+            store(to + n, __builtin_ia32_pmovdb512_mask(__builtin_ia32_compresssi512_mask(numbers, Words<16>{}, lanes), Bytes{}, static_cast<unsigned short>(0xffff)));
+            n += bits_set(lanes);
+        }
+        return n;
+#    endif
+    }
+
+    std::uint32_t words_;
+    std::uint64_t masks_[32][Size / 64];
+};
+template <std::uint32_t Size>
+using HostLists = std::conditional_t<(Size >= 64), MaskedLists<Size>, SwappedLists<Size>>;
+#else
+template <std::uint32_t Size>
+using HostLists = SwappedLists<Size>;
+#endif
+template <std::uint32_t Size>
+using ListsOf = std::conditional_t<(Size > 16), HostLists<Size>, ScannedLists<Size>>;
 
 }}} // namespace tilemesh::splat::detail
 #pragma GCC diagnostic pop

@@ -4,6 +4,7 @@
 #include <tilemesh/splat/blending_rules.hpp>
 #include <tilemesh/splat/policies.hpp>
 #include <type_traits>
+#include <utility>
 
 /// The memory of blending in cells (blending_cells.hpp): a chunk of splats, and the state of a cell.
 TILEMESH_EXACT_BEGIN
@@ -42,6 +43,8 @@ struct Special {
     static constexpr std::uint32_t clamped = 2; ///< alpha may exceed alpha_max
     static constexpr std::uint32_t clipped = 4; ///< its rectangle cuts pixels whose alpha is above the cut
 };
+/// Needs a splat with these bits of Special no more than the recurrence and the clamp?
+TILEMESH_KERNEL constexpr bool recurs(std::uint32_t special) noexcept { return (special & ~Special::clamped) == 0; }
 
 /// No column with a pixel above the cut (2^-13 or more) rises by more than 2^steepest_rise from the first row to the second, or begins below
 /// 2^-126, if a = -across log2(e) is at most `sharpest`: with |off| <= sqrt(13 / a) at a visible row, the first of four rows has a power of
@@ -55,7 +58,7 @@ inline constexpr float below_the_clamp = 1.0f - 0x1p-16f;
 template <std::uint32_t Size>
 struct alignas(vector_bytes) CellChunk {
     static_assert(Size % 8 == 0, "lanes are filled");
-    static constexpr std::uint32_t size = Size;
+    static constexpr std::uint32_t size = Size, filled = Size % 16 == 0 ? 16 : 8;
     CellSplat splats[Size];
     float q[Size];               ///< 2^(2 across): the ratio of two ratios of the recurrence
     float height[Size];          ///< log2(opacity)
@@ -107,7 +110,8 @@ TILEMESH_KERNEL std::uint32_t fill(CellChunk<Size>& chunk, std::uint32_t begin, 
     std::uint32_t i = 0;
     for (; ByFour && i + 4 <= most; i += 4) chunk.take_four(i, at(begin + i), at(begin + i + 1), at(begin + i + 2), at(begin + i + 3));
     for (; i < most; ++i) chunk.take(i, at(begin + i));
-    for (i = most; i < (most + 7) / 8 * 8; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
+    constexpr std::uint32_t filled = CellChunk<Size>::filled;
+    for (i = most; i < (most + filled - 1) / filled * filled; ++i) chunk.take(i, at(begin)); // fills the lanes; not listed
     return most;
 }
 
@@ -132,6 +136,8 @@ struct DepthCellFields : CellFields {
 template <bool HasDepth>
 struct alignas(vector_bytes) Cell : std::conditional_t<HasDepth, DepthCellFields, CellFields> {};
 
+using CellRows = std::make_integer_sequence<std::uint32_t, cell_height>;
+
 /// The place of a cell: its first pixel, and the camera's principal point.
 struct CellPlace {
     std::uint32_t column, row;
@@ -153,11 +159,9 @@ struct OpenCell {
     void begin(CellPlace const& place, PixelRect const& live) noexcept
     {
         at = place;
-        state = {};
+        clear(CellRows{});
         bool const whole = place.column >= live.x0 && place.column + cell_width <= live.x1 && place.row >= live.y0 &&
                            place.row + cell_height <= live.y1;
-        for (std::uint32_t j = 0; j < cell_height; ++j)
-            for (std::uint32_t i = 0; i < cell_width; ++i) state.transmittance[j][i] = 1.0f;
         for (std::uint32_t j = 0; j < cell_height && !whole; ++j)
             for (std::uint32_t i = 0; i < cell_width; ++i) {
                 std::uint32_t const x = place.column + i, y = place.row + j;
@@ -172,6 +176,18 @@ struct OpenCell {
         std::int32_t sum = 0;
         for (std::int32_t const one : state.contributing) sum += one;
         return static_cast<std::uint32_t>(sum);
+    }
+
+private:
+    /// Written out: GCC 12 calls memset for what takes 17 stores.
+    template <std::uint32_t... V>
+    void clear(std::integer_sequence<std::uint32_t, V...>) noexcept
+    {
+        Floats<cell_width> const none{}, all = none + 1.0f;
+        (put<cell_width>(state.transmittance[V], all), ...);
+        (put<cell_width>(state.red[V], none), ...), (put<cell_width>(state.green[V], none), ...), (put<cell_width>(state.blue[V], none), ...);
+        store(state.contributing, Words<cell_width>{});
+        if constexpr (HasDepth) (put<cell_width>(state.weight[V], none), ...), (put<cell_width>(state.depth[V], none), ...);
     }
 };
 
