@@ -317,6 +317,16 @@ Blended blended(AnyBlock const& block, std::uint32_t row, std::uint32_t column) 
     return b;
 }
 
+/// The block that begins at pixel (x, y).
+inline BlockPlace place_of(std::uint32_t x, std::uint32_t y, Camera const& camera) noexcept
+{
+    BlockPlace at;
+    at.column = static_cast<std::int32_t>(x), at.row = static_cast<std::int32_t>(y);
+    for (std::uint32_t i = 0; i < block_width; ++i) at.xs[i] = static_cast<float>(x + i) + 0.5f - camera.cx;
+    for (std::uint32_t j = 0; j < block_height; ++j) at.ys[j] = static_cast<float>(y + j) + 0.5f - camera.cy;
+    return at;
+}
+
 /// A block in progress: its place, its state, and whether all its pixels have stopped.
 template <bool HasDepth>
 struct OpenBlock {
@@ -329,10 +339,7 @@ struct OpenBlock {
 
     void begin(std::uint32_t bx, std::uint32_t by, std::uint32_t index, PixelRect const& tile, Camera const& camera) noexcept
     {
-        at.column = static_cast<std::int32_t>(bx);
-        at.row = static_cast<std::int32_t>(by);
-        for (std::uint32_t i = 0; i < block_width; ++i) at.xs[i] = static_cast<float>(bx + i) + 0.5f - camera.cx;
-        for (std::uint32_t j = 0; j < block_height; ++j) at.ys[j] = static_cast<float>(by + j) + 0.5f - camera.cy;
+        at = place_of(bx, by, camera);
         live = {bx > tile.x0 ? bx : tile.x0, bx + block_width < tile.x1 ? bx + block_width : tile.x1,
                 by > tile.y0 ? by : tile.y0, by + block_height < tile.y1 ? by + block_height : tile.y1};
         state = {};

@@ -228,20 +228,6 @@ TILEMESH_KERNEL void store_weighing(Weighing<N> const& s, AnyCell& cell, std::ui
     std::int32_t* const to = cell.contributing + column;
     store(to, Words<N>(load_words<N>(to) + s.seen));
 }
-/// 1 if a lane is set, else 0.
-template <std::uint32_t N>
-TILEMESH_KERNEL std::uint32_t any_pixel(Words<N> const& mask) noexcept
-{
-    if constexpr (N > 4) {
-        Words<N / 2> low, high;
-        split(mask, low, high);
-        return any_pixel<N / 2>(low | high);
-    } else {
-        std::int32_t any = 0;
-        for (std::uint32_t i = 0; i < N; ++i) any |= mask[i];
-        return any != 0 ? 1u : 0u;
-    }
-}
 /// 1 if a pixel of the cell goes on, else 0.
 template <std::uint32_t N, std::uint32_t... V>
 TILEMESH_KERNEL std::uint32_t goes_on(Weighing<N> const& s, Cuts<N> const& least, std::integer_sequence<std::uint32_t, V...>) noexcept

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/harmonics.hpp>
 #include <tilemesh/splat/projection.hpp>
 
@@ -197,22 +198,23 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, float 
     return out;
 }
 
-/// What the bounds of `Width` pixels of a row are made of: the transmittance, its error, the sum S; of a run, its terms and where it began; the
-/// greatest and the least colour that the pixel may see, and the largest error of one.
-template <std::uint32_t Width>
-struct BoundRow {
-    float t[Width], e[Width], s[Width], sum[Width], start[Width], high[Width], low[Width], colour[Width];
+/// What a row of a block has: the picture, and what its bound is made of: the transmittance and its error, the sum S; of a run, its terms and where it
+/// began; the greatest and the least colour that a pixel may see, and the largest error of one.
+struct alignas(detail::vector_bytes) BoundRow {
+    float t[block_width], red[block_width], green[block_width], blue[block_width];
+    float e[block_width], s[block_width], high[block_width], low[block_width], colour[block_width], sum[block_width], start[block_width];
     void begin(Rules const& m) noexcept
     {
+        *this = {};
         float most = 0, least = 0;
         for (float const b : m.background) most = b > most ? b : most, least = b < least ? b : least;
-        for (std::uint32_t i = 0; i < Width; ++i) t[i] = start[i] = 1, e[i] = s[i] = sum[i] = colour[i] = 0, high[i] = most, low[i] = least;
+        for (std::uint32_t i = 0; i < block_width; ++i) t[i] = start[i] = 1, high[i] = most, low[i] = least;
     }
     /// No float and no real number goes on.
     bool is_done(float limit) const noexcept
     {
         float most = 0;
-        for (std::uint32_t i = 0; i < Width; ++i) most = t[i] + e[i] > most ? t[i] + e[i] : most;
+        for (std::uint32_t i = 0; i < block_width; ++i) most = t[i] + e[i] > most ? t[i] + e[i] : most;
         return most < limit;
     }
     /// Each channel is within this of the exact formula. A sum of n floats that are not negative is off by n u of itself: 2^15 of them take .004.
@@ -221,6 +223,13 @@ struct BoundRow {
         float const sum_of = s[i] * 1.005f;
         return (high[i] - low[i]) * (sum_of + 0x1p-23f) + colour[i] * (1.01f + sum_of);
     }
+    Blended blended(std::uint32_t i, float const (&background)[3]) const noexcept
+    {
+        float const through = std::fabs(t[i]);
+        if (is_black(background)) return {{red[i], green[i], blue[i]}, through, 0, 0};
+        return {{multiply_add(through, background[0], red[i]), multiply_add(through, background[1], green[i]),
+                 multiply_add(through, background[2], blue[i])}, through, 0, 0};
+    }
 };
 
 /// How a splat stands in the order: alone, the first of a run of splats whose exact order may be another, or a later one of it.
@@ -228,104 +237,144 @@ struct InRun {
     bool first, later;
 };
 
-/// Where in a row alpha may be alpha_min. With a = -1 / (2 along) and d = -1 / (2 across), the power is -(dx - dx_c)^2 / (2 v) - dy^2 / (2 w), where
-/// w = slope^2 a + d, v = a d / w and dx_c = slope a / w dy. A margin of .02 in the power is far above the rounding of these numbers, and a
-/// pixel and 1e-4 of a distance above the others'.
-struct RowsOf {
-    float room, of_dy, along_dy, twice_v;
-    RowsOf(Splat const& p, AlphaError const& e) noexcept
+namespace detail {
+template <std::uint32_t N>
+TILEMESH_KERNEL Floats<N> power_at(Splat const& p, Floats<N> const& dx, float dy) noexcept
+{
+    Floats<N> const off = multiply_add_lanes<N>(broadcast<N>(-p.slope), dx, broadcast<N>(dy));
+    return multiply_add_lanes<N>(p.along * dx, dx, p.across * off * off);
+}
+/// A splat beside N pixels of a row: its alpha (below 0 beside its own columns), and alpha's relative error.
+template <std::uint32_t N>
+struct BoundedAlpha {
+    Floats<N> alpha, clamped, error;
+    TILEMESH_KERNEL BoundedAlpha(AlphaError const& e, Floats<N> const& power, Floats<N> const& opacity, Rules const& m, float lowest) noexcept
     {
-        float const a = -0.5f / p.along, d = -0.5f / p.across, w = p.slope * p.slope * a + d;
-        room = 1.1f * e.at_cut + 0.02f - p.faintest, of_dy = 0.5f / w, along_dy = p.slope * a / w, twice_v = 2 * a * d / w;
-        if (!(room < 200.0f && w > 0 && twice_v > 0 && w < 1e30f && a < 1e30f)) room = 1e30f, of_dy = along_dy = 0, twice_v = 1e30f; // all of the row
+        alpha = opacity * exponential_lanes<N>(power, lowest);
+        clamped = alpha < m.alpha_max ? alpha : broadcast<N>(m.alpha_max);
+        error = multiply_add_lanes<N>(broadcast<N>(-e.r2), at_least<N>(power, broadcast<N>(lowest)), broadcast<N>(e.is_wild() ? 0.0f : e.r0));
     }
 };
-
-namespace detail {
-template <std::uint32_t N, bool Drops, std::uint32_t Width>
-TILEMESH_KERNEL void bound_row_by(BoundRow<Width>& b, Splat const& p, AlphaError const& e, RowsOf const& reach, Camera const& c, Rules const& m,
-                                  std::uint32_t column, std::uint32_t row, InRun run) noexcept
+/// What changes of N pixels of a row where nothing is in doubt.
+template <std::uint32_t N>
+struct BoundPixels {
+    Floats<N> t, red, green, blue, e, s, high, colour;
+    TILEMESH_KERNEL BoundPixels(BoundRow const& b, std::uint32_t i) noexcept
+        : t(load<N>(b.t + i)), red(load<N>(b.red + i)), green(load<N>(b.green + i)), blue(load<N>(b.blue + i)), e(load<N>(b.e + i)),
+          s(load<N>(b.s + i)), high(load<N>(b.high + i)), colour(load<N>(b.colour + i))
+    {
+    }
+    TILEMESH_KERNEL void store_in(BoundRow& b, std::uint32_t i) const noexcept
+    {
+        put<N>(b.t + i, t), put<N>(b.red + i, red), put<N>(b.green + i, green), put<N>(b.blue + i, blue);
+        put<N>(b.e + i, e), put<N>(b.s + i, s), put<N>(b.high + i, high), put<N>(b.colour + i, colour);
+    }
+};
+/// Adds a splat to N pixels of a row where no float decides otherwise than the exact formula: the splat's rectangle and place in the order are
+/// certain, and no pixel is near the cut (within `near_cut`) or near the stop. Otherwise it returns false, and has changed nothing. The bits are
+/// those of `bound_pixels`. `seen` counts the pairs that contributed.
+template <std::uint32_t N, bool Drops>
+TILEMESH_KERNEL bool bound_certain_pixels(BoundPixels<N>& b, Splat const& p, AlphaError const& e, BoundedAlpha<N> const& of, float most_colour,
+                                          float near_cut, Rules const& m, Words<N>& seen) noexcept
 {
     using F = Floats<N>;
     constexpr float u = 0x1p-24f;
-    F const zero = broadcast<N>(0.0f), one = broadcast<N>(1.0f), lanes = __builtin_convertvector(counted_lanes<N>(), F);
-    float const cut = m.alpha_min, limit = m.transmittance_min, lowest = lowest_power_for(cut);
-    auto const own = p.rect();
-    bool const own_row = p.visible() && row >= own.y0 && row < own.y1, wild = e.is_wild();
-    auto const from_column = [&](std::uint32_t x) noexcept {
-        return static_cast<float>(static_cast<std::int32_t>(x) - static_cast<std::int32_t>(column));
-    };
-    float const own_from = own_row ? from_column(own.x0) : 1e9f, own_to = from_column(own.x1);
-    float const may_from = from_column(e.columns & 0xffffu), may_to = from_column(e.columns >> 16);
-    float const r0 = wild ? 0.0f : e.r0, most_wild = wild ? e.most : 0.0f;
-    // Relative to the cut: alpha is surely there, or perhaps.
-    float const surely = wild || !e.border_certain ? 0.0f : 1 - 1.05f * e.at_cut, perhaps = 1 + 1.05f * e.at_cut;
-    float most_colour = p.visible() ? p.colour[0] : largest_colour, least_colour = p.visible() ? p.colour[0] : 0.0f;
-    for (float const v : p.colour) most_colour = v > most_colour ? v : most_colour, least_colour = v < least_colour ? v : least_colour;
-    float const dy = static_cast<float>(row) + 0.5f - c.cy - p.mean_px[1];
-    float first = may_from, last = may_to;
-    if (!wild && !run.first) {
-        float const room = reach.room - reach.of_dy * dy * dy;
-        if (room < 0) return;
-        float const middle = reach.along_dy * dy + (p.mean_px[0] + c.cx - 0.5f - static_cast<float>(column));
-        float const half = std::sqrt(reach.twice_v * room) * 1.0001f + 1.0f + 1e-4f * std::fabs(middle);
-        first = middle - half > first ? middle - half : first, last = middle + half + 1 < last ? middle + half + 1 : last;
-    }
-    for (std::uint32_t i = 0; i < Width; i += N) {
-        if (!run.first && (static_cast<float>(i + N) <= first || static_cast<float>(i) >= last)) continue;
-        F const at = lanes + static_cast<float>(i), x = at + static_cast<float>(column) + 0.5f; // from the row's first column; pixel centres
-        F const dx = (x - c.cx) - p.mean_px[0], off = multiply_add_lanes<N>(broadcast<N>(-p.slope), dx, broadcast<N>(dy));
-        F power = multiply_add_lanes<N>(p.along * dx, dx, p.across * off * off);
-        F const a0 = p.opacity * exponential_lanes<N>(power, lowest), most = broadcast<N>(m.alpha_max), a = a0 < most ? a0 : most;
-        power = power > lowest ? power : broadcast<N>(lowest);
-        F const before = load<N>(b.t + i), error = load<N>(b.e + i);
-        F const alive = before >= limit ? one : zero;
-        F const inside = (at >= own_from ? one : zero) * (at < own_to ? one : zero), may = (at >= may_from ? one : zero) * (at < may_to ? one : zero);
-        F const r = multiply_add_lanes<N>(broadcast<N>(-e.r2), power, broadcast<N>(r0));
-        F const in0 = (a0 >= cut ? one : zero) * inside * alive, would_be = before - a * before;
-        F const in = Drops ? (would_be < limit ? zero : in0) : in0;
-        F const w = a * before * in, after = Drops ? (before - w) * (one - (in0 - in)) : before - w;
-        F const certain = (a0 * surely > cut ? one : zero) * inside;
-        F const possible = wild ? one : (a0 * perhaps >= cut ? one : zero);
-        F const doubt = alive * may * possible * (one - certain), size = wild ? broadcast<N>(most_wild) : 1.05f * a0;
-        F const step = w * r + doubt * size * before;
-        F const err = error * multiply_add_lanes<N>(a * in, r - one, one) + step + 2 * u * in;
-        F const seen = Drops ? would_be : after, over = seen - limit, away = over > zero ? over : zero - over;
-        F const there = in0 > doubt ? in0 : doubt;
-        F const close = away <= (Drops ? err * 1.01f + before * a * r : err * 1.01f) ? one : zero;
-        F const falls = doubt * (before - size * before < limit ? one : zero);
-        F const stops = there * (close > falls ? close : falls);
-        F s = load<N>(b.s + i) + step + 2 * u * in + stops * (Drops ? before : limit * 1.02f + err);
-        if (run.first || run.later) {
-            F const start = run.first ? before + error : load<N>(b.start + i), part = may * possible * size;
-            F const sum = run.first ? zero : load<N>(b.sum + i), going = start >= limit ? one : zero;
-            s = s + start * part * sum * going;
-            // The stop may be at another one of the run.
-            s = s + (part > zero ? going : zero) * (after < limit * 1.02f ? one : zero) * (run.later ? limit * 1.02f : 0.0f);
-            store(b.start + i, start), store(b.sum + i, sum + part);
-        }
-        auto const seen_here = may * possible * (before + error >= limit ? one : zero) > zero;
-        F const high = load<N>(b.high + i), low = load<N>(b.low + i), colour = load<N>(b.colour + i);
-        store(b.high + i, (seen_here & (high < most_colour)) ? broadcast<N>(most_colour) : high);
-        store(b.low + i, (seen_here & (low > least_colour)) ? broadcast<N>(least_colour) : low);
-        store(b.colour + i, (seen_here & (colour < e.colour)) ? broadcast<N>(e.colour) : colour);
-        store(b.t + i, after), store(b.e + i, err), store(b.s + i, s);
-    }
+    F const zero{};
+    float const cut = m.alpha_min, limit = m.transmittance_min;
+    Words<N> const alive = b.t >= limit, has = of.alpha >= cut;
+    Words<N> in = has & alive;
+    F const share = of.clamped * b.t, would_be = b.t - share;
+    [[maybe_unused]] Words<N> const in0 = in;
+    if constexpr (Drops) in &= would_be >= limit;
+    F const w = in ? share : zero, a_in = in ? of.clamped : zero;
+    F const step = multiply_add_lanes<N>(w, of.error, in ? broadcast<N>(2 * u) : zero);
+    F const err = multiply_add_lanes<N>(b.e * a_in, of.error - 1.0f, b.e) + step;
+    F after = b.t - w;
+    F const away = magnitude<N>((Drops ? would_be : after) - limit);
+    Words<N> const doubtful = alive & (magnitude<N>(of.alpha - cut) <= near_cut);
+    Words<N> near_stop;
+    if constexpr (Drops) near_stop = in0 & (away <= err * 1.01f + b.t * of.clamped * of.error);
+    else near_stop = in & (away <= err * 1.01f);
+    if (any_pixel<N>(doubtful | near_stop) != 0) return false;
+    if constexpr (Drops) after = (in0 & ~in) ? -b.t : after;
+    Words<N> const may_see = has & (b.t + b.e >= limit);
+    b.high = (may_see & (b.high < most_colour)) ? broadcast<N>(most_colour) : b.high;
+    if (e.colour > 0) b.colour = (may_see & (b.colour < e.colour)) ? broadcast<N>(e.colour) : b.colour;
+    b.red = multiply_add_lanes<N>(w, broadcast<N>(p.colour[0]), b.red);
+    b.green = multiply_add_lanes<N>(w, broadcast<N>(p.colour[1]), b.green);
+    b.blue = multiply_add_lanes<N>(w, broadcast<N>(p.colour[2]), b.blue);
+    b.t = after, b.e = err, b.s = b.s + step;
+    seen = in ? seen + 1 : seen;
+    return true;
 }
-} // namespace detail
-
-/// Adds a splat to the bound of the pixels (column, row) to (column + Width - 1, row). `p` and `e`: the splat and its error; `reach`: of both.
+/// Adds a splat to N pixels of a row, from column `i` of the row on. `p` and `e`: the splat and its error.
 ///
 /// A term of which a float may decide otherwise whether it is there costs T a. Where T is within its error of the limit, the stop may come here
 /// or later, and costs T; with `Stop::before_crossing` it costs what the term saw. Terms of a run cost T a_i a_j a pair: that is what it
 /// changes at most if j is in front of i.
-template <std::uint32_t N, std::uint32_t Width>
-void bound_row(BoundRow<Width>& b, Splat const& p, AlphaError const& e, RowsOf const& reach, Camera const& c, Rules const& m, std::uint32_t column,
-               std::uint32_t row, InRun run) noexcept
+template <std::uint32_t N, bool Drops>
+TILEMESH_KERNEL void bound_pixels(BoundRow& b, std::uint32_t i, Splat const& p, AlphaError const& e, Floats<N> const& dx, float dy,
+                                  Rules const& m, std::uint32_t column, std::uint32_t row, InRun run, Words<N>& seen) noexcept
 {
-    if (m.stop == Stop::before_crossing) detail::bound_row_by<N, true>(b, p, e, reach, c, m, column, row, run);
-    else detail::bound_row_by<N, false>(b, p, e, reach, c, m, column, row, run);
+    using F = Floats<N>;
+    constexpr float u = 0x1p-24f;
+    F const zero = broadcast<N>(0.0f), one = broadcast<N>(1.0f), at = __builtin_convertvector(counted_lanes<N>(), F) + static_cast<float>(i);
+    float const cut = m.alpha_min, limit = m.transmittance_min;
+    auto const own = p.rect();
+    bool const own_row = p.visible() && row >= own.y0 && row < own.y1, wild = e.is_wild();
+    bool const may_row = row >= (e.rows & 0xffffu) && row < e.rows >> 16;
+    auto const from_column = [&](std::uint32_t x) noexcept {
+        return static_cast<float>(static_cast<std::int32_t>(x) - static_cast<std::int32_t>(column));
+    };
+    float const own_from = own_row ? from_column(own.x0) : 1e9f, own_to = from_column(own.x1);
+    float const may_from = may_row ? from_column(e.columns & 0xffffu) : 1e9f, may_to = from_column(e.columns >> 16);
+    float const most_wild = wild ? e.most : 0.0f;
+    // Relative to the cut: alpha is surely there, or perhaps.
+    float const surely = wild || !e.border_certain ? 0.0f : 1 - 1.05f * e.at_cut, perhaps = 1 + 1.05f * e.at_cut;
+    float most_colour = p.visible() ? p.colour[0] : largest_colour, least_colour = p.visible() ? p.colour[0] : 0.0f;
+    for (float const v : p.colour) most_colour = v > most_colour ? v : most_colour, least_colour = v < least_colour ? v : least_colour;
+    BoundedAlpha<N> const of(e, power_at<N>(p, dx, dy), broadcast<N>(p.opacity), m, lowest_power_for(m.alpha_min));
+    F const a0 = of.alpha, a = of.clamped, r = of.error;
+    F const before = load<N>(b.t + i), error = load<N>(b.e + i);
+    F const alive = before >= limit ? one : zero;
+    F const inside = (at >= own_from ? one : zero) * (at < own_to ? one : zero), may = (at >= may_from ? one : zero) * (at < may_to ? one : zero);
+    F const in0 = (a0 >= cut ? one : zero) * inside * alive, share = a * before, would_be = before - share;
+    F const in = Drops ? (would_be < limit ? zero : in0) : in0;
+    F const w = in > zero ? share : zero, a_in = in > zero ? a : zero;
+    F const after = Drops ? (in0 > in ? -before : before - w) : before - w;
+    F const certain = (a0 * surely > cut ? one : zero) * inside;
+    F const possible = wild ? one : (a0 * perhaps >= cut ? one : zero);
+    F const doubt = alive * may * possible * (one - certain), size = wild ? broadcast<N>(most_wild) : 1.05f * a0;
+    F const step = multiply_add_lanes<N>(w, r, 2 * u * in) + (doubt > zero ? doubt * size * before : zero);
+    F err = multiply_add_lanes<N>(error * a_in, r - one, error) + step;
+    F const seen_of = Drops ? would_be : before - w, over = seen_of - limit, away = over > zero ? over : zero - over;
+    F const there = in0 > doubt ? in0 : doubt;
+    F const close = away <= (Drops ? err * 1.01f + before * a * r : err * 1.01f) ? one : zero;
+    F const falls = doubt * (before - size * before < limit ? one : zero);
+    F const stops = there * (close > falls ? close : falls);
+    F s = load<N>(b.s + i) + step + (stops > zero ? (Drops ? before : limit * 1.02f + err) : zero);
+    // Where a float has stopped and the exact formula may not have, later splats are still seen.
+    if (Drops) err = err + (stops * (in0 - in) > zero ? 2.0f * before : zero);
+    if (run.first || run.later) {
+        F const start = run.first ? before + error : load<N>(b.start + i), part = may * possible * size;
+        F const sum = run.first ? zero : load<N>(b.sum + i), going = start >= limit ? one : zero;
+        s = s + start * part * sum * going;
+        // The stop may be at another one of the run.
+        s = s + (part > zero ? going : zero) * (after < limit * 1.02f ? one : zero) * (run.later ? limit * 1.02f : 0.0f);
+        put<N>(b.start + i, start), put<N>(b.sum + i, sum + part);
+    }
+    auto const may_see = may * possible * (before + error >= limit ? one : zero) > zero;
+    F const high = load<N>(b.high + i), low = load<N>(b.low + i), colour = load<N>(b.colour + i);
+    put<N>(b.high + i, (may_see & (high < most_colour)) ? broadcast<N>(most_colour) : high);
+    put<N>(b.low + i, (may_see & (low > least_colour)) ? broadcast<N>(least_colour) : low);
+    put<N>(b.colour + i, (may_see & (colour < e.colour)) ? broadcast<N>(e.colour) : colour);
+    put<N>(b.red + i, multiply_add_lanes<N>(w, broadcast<N>(p.colour[0]), load<N>(b.red + i)));
+    put<N>(b.green + i, multiply_add_lanes<N>(w, broadcast<N>(p.colour[1]), load<N>(b.green + i)));
+    put<N>(b.blue + i, multiply_add_lanes<N>(w, broadcast<N>(p.colour[2]), load<N>(b.blue + i)));
+    put<N>(b.t + i, after), put<N>(b.e + i, err), put<N>(b.s + i, s);
+    seen -= in > zero;
 }
+} // namespace detail
 
 }}} // namespace tilemesh::v0_2::splat
 #pragma GCC diagnostic pop

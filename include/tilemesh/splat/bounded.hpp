@@ -124,72 +124,228 @@ private:
     bool run_ = false;
 };
 
-/// Writes the bounds of the pixels that a worker blends (blend_tile_in_blocks): every count-th block.
-template <class SplatAt, class Pixel>
-void bound_blocks(PixelRect const& tile, Camera const& c, Rules const& m, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
-                  Worker worker) noexcept
+/// A chunk of a tile's list (blending_hits.hpp), where the splats' rectangles are those in which the exact formula may light a pixel, and their
+/// ellipses those of the cut within its error.
+template <std::uint32_t Size>
+struct BoundedChunk : Chunk<Size> {
+    BoundedSplat const* splats[Size];
+    InRun runs[Size];
+    float most_colour[Size];
+    bool certain[Size]; ///< `bound_certain_pixels` may be asked
+    bool has_runs;
+
+    template <class Set, class SplatAt>
+    std::uint32_t fill_with(Set const& set, std::uint32_t begin, std::uint32_t n, SplatAt const& at, Runs<SplatAt>& in_run) noexcept
+    {
+        std::uint32_t const most = fill(set, static_cast<Chunk<Size>&>(*this), begin, n, [&](std::uint32_t i) noexcept {
+            BoundedSplat const& s = at.splats[at.keys[i].slot];
+            Splat wider = s;
+            wider.faintest = s.error.is_wild() ? -std::numeric_limits<float>::infinity() : s.faintest - 1.1f * s.error.at_cut;
+            return wider;
+        });
+        has_runs = false;
+        for (std::uint32_t i = 0; i < most; ++i) {
+            BoundedSplat const& s = *(splats[i] = &at.splats[at.keys[begin + i].slot]);
+            runs[i] = in_run(begin + i);
+            bool const alone = !runs[i].first && !runs[i].later;
+            has_runs = has_runs || !alone;
+            float const green_blue = s.colour[1] > s.colour[2] ? s.colour[1] : s.colour[2];
+            most_colour[i] = s.colour[0] > green_blue ? s.colour[0] : green_blue;
+            certain[i] = alone && !s.error.is_wild() && s.error.border_certain && s.columns == s.own_columns && s.rows == s.own_rows &&
+                         s.colour[0] >= 0 && s.colour[1] >= 0 && s.colour[2] >= 0;
+        }
+        return most;
+    }
+    /// Adds the splats that begin a run to the hits of a block: it must know them wherever they are.
+    std::uint32_t add_runs(std::uint32_t* hits, std::uint32_t count, std::uint32_t most) const noexcept
+    {
+        std::uint32_t all[Size], n = 0, next = 0;
+        for (std::uint32_t i = 0; i < most; ++i)
+            if (next < count && (hits[next] & Hit::number) == i) all[n++] = hits[next++];
+            else if (runs[i].first) all[n++] = i;
+        std::memcpy(hits, all, n * sizeof *hits);
+        return n;
+    }
+};
+/// Adds a splat of a chunk to N pixels of a row, whatever is in doubt. It is called, so that the loop around it has all registers.
+template <bool Drops, std::uint32_t N>
+struct BoundAny {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static void run(BoundRow& row, std::uint32_t column, BoundedChunk<Size> const& c, std::uint32_t k, Floats<N> const& dx, float dy,
+                                    Rules const& m, std::uint32_t x, std::uint32_t y, Words<N>& seen) noexcept
+    {
+        BoundedSplat const& s = *c.splats[k];
+        bound_pixels<N, Drops>(row, column, s.own(), s.error, dx, dy, m, x, y, c.runs[k], seen);
+    }
+};
+/// Blends splats into a block, and adds them to its bound, row by row. Returns the number of pairs that contributed.
+template <class Stop>
+struct BlendAndBound {
+    template <class Set, std::uint32_t Size>
+    TILEMESH_KERNEL static std::uint32_t run(BoundRow* rows, BoundedChunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n,
+                                             BlockPlace const& at, Rules const& m) noexcept
+    {
+        constexpr std::uint32_t N = Set::most_lanes < block_width ? Set::most_lanes : block_width;
+        alignas(vector_bytes) float opacities[blended_between_looks][N];
+        std::uint32_t listed[blended_between_looks + 2];
+        Words<N> seen{};
+        for (std::uint32_t column = 0; column < block_width; column += N) {
+            Words<N> const columns = counted_lanes<N>() + (at.column + static_cast<std::int32_t>(column));
+            for (std::uint32_t h = 0; h < n; ++h) put<N>(opacities[h], opacity_of<N>(c, hits[h] & Hit::number, columns));
+            for (std::uint32_t r = 0; r < block_height; ++r) {
+                std::uint32_t const y = static_cast<std::uint32_t>(at.row) + r, count = in_row(c, hits, n, static_cast<std::int32_t>(y), listed);
+                blend_row<Set, N>(rows[r], column, c, hits, &opacities[0][0], listed, count, at, r, m, seen);
+            }
+        }
+        std::uint32_t all = 0;
+        for (std::uint32_t i = 0; i < N; ++i) all += static_cast<std::uint32_t>(seen[i]);
+        return all;
+    }
+
+private:
+    /// Lists the hits that have a row, or begin a run, and two numbers more.
+    template <std::uint32_t Size>
+    static std::uint32_t in_row(BoundedChunk<Size> const& c, std::uint32_t const* hits, std::uint32_t n, std::int32_t y, std::uint32_t* to) noexcept
+    {
+        std::uint32_t count = 0;
+        for (std::uint32_t h = 0; h < n; ++h) { // no branch: a predictor cannot know the splats
+            std::uint32_t const k = hits[h] & Hit::number;
+            to[count] = h;
+            count += ((y >= c.y0[k] ? 1u : 0u) & (y < c.y1[k] ? 1u : 0u)) | (c.runs[k].first ? 1u : 0u);
+        }
+        to[count] = to[count + 1] = 0;
+        return count;
+    }
+    template <std::uint32_t N>
+    TILEMESH_KERNEL static Floats<N> power_in_row(Splat const& s, Floats<N> const& xs, float y) noexcept
+    {
+        return power_at<N>(s, Floats<N>(xs - s.mean_px[0]), y - s.mean_px[1]);
+    }
+    template <class Set, std::uint32_t N, std::uint32_t Size>
+    TILEMESH_KERNEL static void blend_row(BoundRow& row, std::uint32_t column, BoundedChunk<Size> const& c, std::uint32_t const* hits,
+                                          float const* opacities, std::uint32_t const* listed, std::uint32_t n, BlockPlace const& at,
+                                          std::uint32_t r, Rules const& m, Words<N>& seen) noexcept
+    {
+        constexpr bool drops = Stop::drops_crossing;
+        float const lowest = lowest_power_for(m.alpha_min), y = at.ys[r];
+        Floats<N> const xs = load<N>(at.xs + column);
+        BoundPixels<N> pixels(row, column);
+        auto const splat = [&](std::uint32_t h) noexcept -> BoundedSplat const& { return *c.splats[hits[listed[h]] & Hit::number]; };
+        // Three splats are in progress, each in another stage (cell_wide.hpp).
+        BoundedAlpha<N> next(splat(0).error, power_in_row<N>(splat(0), xs, y), load<N>(opacities + N * listed[0]), m, lowest);
+        Floats<N> power = power_in_row<N>(splat(1), xs, y);
+        for (std::uint32_t h = 0; h < n; ++h) {
+            std::uint32_t const k = hits[listed[h]] & Hit::number;
+            BoundedSplat const& s = *c.splats[k];
+            BoundedAlpha<N> const of = next;
+            next = BoundedAlpha<N>(splat(h + 1).error, power, load<N>(opacities + N * listed[h + 1]), m, lowest);
+            power = power_in_row<N>(splat(h + 2), xs, y);
+            float const near_cut = 1.2f * s.error.at_cut * m.alpha_min;
+            if (c.certain[k] && bound_certain_pixels<N, drops>(pixels, s, s.error, of, c.most_colour[k], near_cut, m, seen)) continue;
+            pixels.store_in(row, column);
+            Set::template call<BoundAny<drops, N>>(row, column, c, k, Floats<N>(xs - s.mean_px[0]), y - s.mean_px[1], m,
+                                                   static_cast<std::uint32_t>(at.column), static_cast<std::uint32_t>(at.row) + r, seen);
+            pixels = BoundPixels<N>(row, column);
+        }
+        pixels.store_in(row, column);
+    }
+};
+
+/// Blends the picture of `precise` and its bound into those blocks of a tile that are a worker's (blend_tile_in_blocks).
+template <class Stop, std::uint32_t Size, class SplatAt, class Pixel>
+void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at, Pixel* pixels,
+                     std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
+    constexpr std::uint32_t most_open = 8;
+    struct Open {
+        BlockPlace at;
+        BoundRow rows[block_height];
+        std::uint32_t number, blended;
+        bool done;
+    };
     if (tile.empty()) return;
+    SetOf<lanes_in_use> const set{};
+    Open group[most_open];
+    BoundedChunk<Size> chunk;
+    std::uint32_t hits[Size + SetOf<lanes_in_use>::most_lanes];
     std::uint32_t const left = tile.x0 / block_width * block_width, across = (tile.x1 - left + block_width - 1) / block_width;
     std::uint32_t const top = tile.y0 / block_height * block_height, blocks = across * ((tile.y1 - top + block_height - 1) / block_height);
-    for (std::uint32_t number = worker.index; number < blocks; number += worker.count) {
-        std::uint32_t const x = left + number % across * block_width, y = top + number / across * block_height;
-        BoundRow<block_width> rows[block_height];
-        for (auto& row : rows) row.begin(m);
-        Runs<SplatAt> runs(at, c, n);
-        for (std::uint32_t i = 0, blended = 0; i < n; ++i) {
-            InRun const run = runs(i);
-            if (blended >= blended_between_looks && !run.later) {
-                bool done = true;
-                for (auto const& row : rows) done = done && row.is_done(m.transmittance_min);
-                if (done) break;
-                blended = 0;
-            }
-            BoundedSplat const& s = at.splats[at.keys[i].slot];
-            std::uint32_t const x0 = s.error.columns & 0xffffu, x1 = s.error.columns >> 16, y0 = s.error.rows & 0xffffu, y1 = s.error.rows >> 16;
-            bool const here = x0 < x + block_width && x1 > x && y0 < y + block_height && y1 > y;
-            if (!here && !run.first) continue;
-            ++blended;
-            Splat const own = s.own();
-            RowsOf const reach(own, s.error);
-            for (std::uint32_t r = 0; r < block_height; ++r)
-                if (run.first || (y + r >= y0 && y + r < y1)) bound_row<native_lanes>(rows[r], own, s.error, reach, c, m, x, y + r, run);
+    for (std::uint32_t next = worker.index; next < blocks;) {
+        std::uint32_t open = 0;
+        for (; open < most_open && next < blocks; ++open, next += worker.count) {
+            Open& block = group[open];
+            block.at = place_of(left + next % across * block_width, top + next / across * block_height, camera);
+            for (auto& row : block.rows) row.begin(rules);
+            block.number = next, block.blended = 0, block.done = false;
         }
-        for (std::uint32_t r = 0; r < block_height; ++r)
-            for (std::uint32_t i = 0; i < block_width; ++i) {
-                if (y + r < tile.y0 || y + r >= tile.y1 || x + i < tile.x0 || x + i >= tile.x1) continue;
-                pixels[(y + r - tile.y0) * stride_px + (x + i - tile.x0)].alpha = rows[r].bound(i);
+        Runs<SplatAt> runs(at, camera, n);
+        std::uint32_t going = open;
+        for (std::uint32_t begin = 0; begin < n && going != 0; begin += Size) {
+            std::uint32_t const most = chunk.fill_with(set, begin, n, at, runs);
+            for (std::uint32_t b = 0; b < open; ++b) {
+                Open& block = group[b];
+                if (block.done) continue;
+                std::uint32_t count = set.template call<ListHits>(static_cast<Chunk<Size> const&>(chunk), most, block.at, &hits[0]);
+                if (chunk.has_runs) count = chunk.add_runs(hits, count, most);
+                auto& pairs = counts[block.number % workers];
+                for (std::uint32_t done = 0; done < count;) {
+                    if (block.blended >= blended_between_looks && !chunk.runs[hits[done] & Hit::number].later) {
+                        block.blended = 0;
+                        block.done = true;
+                        for (auto const& row : block.rows) block.done = block.done && row.is_done(rules.transmittance_min);
+                        if (block.done) break;
+                    }
+                    std::uint32_t const part = count - done < blended_between_looks ? count - done : blended_between_looks;
+                    pairs.contributing += set.template call<BlendAndBound<Stop>>(&block.rows[0], chunk, hits + done, part, block.at, rules);
+                    pairs.evaluated += part * (block_width * block_height / pairs_a_count);
+                    done += part, block.blended += part;
+                }
+                if (block.done) --going;
             }
+        }
+        for (std::uint32_t b = 0; b < open; ++b) {
+            auto const x = static_cast<std::uint32_t>(group[b].at.column), y = static_cast<std::uint32_t>(group[b].at.row);
+            std::uint32_t const x0 = x > tile.x0 ? x : tile.x0, x1 = x + block_width < tile.x1 ? x + block_width : tile.x1;
+            std::uint32_t const y0 = y > tile.y0 ? y : tile.y0, y1 = y + block_height < tile.y1 ? y + block_height : tile.y1;
+            for (std::uint32_t at_y = y0; at_y < y1; ++at_y) {
+                BoundRow const& row = group[b].rows[at_y - y];
+                Pixel* const to = pixels + (at_y - tile.y0) * stride_px - tile.x0;
+                for (std::uint32_t at_x = x0; at_x < x1; ++at_x) {
+                    to[at_x] = Pixel::make(row.blended(at_x - x, rules.background));
+                    to[at_x].alpha = row.bound(at_x - x);
+                }
+            }
+        }
     }
 }
 } // namespace detail
 
 /// Blends the picture of `precise`, and writes the bound in the place of alpha. With `fast`, the bound is also that of the picture of `fast`.
 struct BlendBounded {
-    template <class At>
-    struct OwnAt {
-        At const& at;
-        Splat operator()(std::uint32_t i) const noexcept { return at.splats[at.keys[i].slot].own(); }
-    };
-    static Rules precise(Rules rules) noexcept
-    {
-        rules.arithmetic = Arithmetic::precise;
-        return rules;
-    }
     template <class Frame, class SplatAt, class Pixel>
     static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
                           Worker worker) noexcept
     {
-        PairCount const pairs = blend_tile(tile, frame.view.camera, precise(frame.view.rules), n, OwnAt<SplatAt>{at}, pixels, stride_px, worker);
-        detail::bound_blocks(tile, frame.view.camera, frame.view.rules, n, at, pixels, stride_px, worker);
+        PairCount pairs{};
+        by_stop(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1u);
         return pairs;
     }
     template <class Frame, class SplatAt, class Pixel>
     static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
                       PairCount* counts, std::uint32_t workers) noexcept
     {
-        blend_whole_tile(tile, frame.view.camera, precise(frame.view.rules), n, OwnAt<SplatAt>{at}, pixels, stride_px, counts, workers);
-        detail::bound_blocks(tile, frame.view.camera, frame.view.rules, n, at, pixels, stride_px, Worker{0, 1});
+        by_stop(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
+    }
+
+private:
+    template <class Frame, class... Arguments>
+    static void by_stop(PixelRect const& tile, Frame const& frame, Arguments const&... rest) noexcept
+    {
+        auto const& view = frame.view;
+        if (view.rules.stop == Stop::before_crossing)
+            detail::blend_and_bound<detail::StopBeforeCrossing, 128>(tile, view.camera, view.rules, rest...);
+        else
+            detail::blend_and_bound<detail::StopEachPixel, 128>(tile, view.camera, view.rules, rest...);
     }
 };
 

@@ -79,6 +79,28 @@ TILEMESH_KERNEL void join(Half const& low, Half const& high, V& v) noexcept
     pick(low, high, v, Range<0, static_cast<int>(sizeof(V) / 4)>{});
 }
 
+/// `any_lane` without a loop: 1 if a lane of the mask is set, else 0.
+template <std::uint32_t N>
+TILEMESH_KERNEL std::uint32_t any_pixel(Words<N> const& mask) noexcept
+{
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    if constexpr (N == 16) return __builtin_ia32_cvtd2mask512(mask) != 0 ? 1u : 0u;
+#endif
+#if defined(__AVX__)
+    if constexpr (N == 8) return __builtin_ia32_movmskps256(floats_of<8>(mask)) != 0 ? 1u : 0u;
+#endif
+#if defined(__SSE__)
+    if constexpr (N == 4) return __builtin_ia32_movmskps(floats_of<4>(mask)) != 0 ? 1u : 0u;
+#endif
+    if constexpr (N > 4) {
+        Words<N / 2> low, high;
+        split(mask, low, high);
+        return any_pixel<N / 2>(low | high);
+    } else {
+        return any_lane<N>(mask);
+    }
+}
+
 /// N floats. More lanes than the target has are correct but slow.
 template <std::uint32_t N>
 struct FloatLanes {
