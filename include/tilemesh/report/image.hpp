@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tilemesh/config.hpp>
+#include <tilemesh/report/detail/large_memory.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -13,7 +14,7 @@ struct Image {
     std::vector<float> rgb; ///< 3 * width * height
 
     Image() = default;
-    Image(std::uint32_t w, std::uint32_t h) : width(w), height(h), rgb(std::size_t{3} * w * h, 0.0f) {}
+    Image(std::uint32_t w, std::uint32_t h) : width(w), height(h) { detail::resize_large(rgb, std::size_t{3} * w * h); }
     float* pixel(std::uint32_t x, std::uint32_t y) noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
     float const* pixel(std::uint32_t x, std::uint32_t y) const noexcept { return &rgb[3 * (std::size_t{y} * width + x)]; }
 };
@@ -26,7 +27,7 @@ struct Plane {
     std::vector<float> values; ///< width * height
 
     Plane() = default;
-    Plane(std::uint32_t w, std::uint32_t h) : width(w), height(h), values(std::size_t{w} * h, 0.0f) {}
+    Plane(std::uint32_t w, std::uint32_t h) : width(w), height(h) { detail::resize_large(values, std::size_t{w} * h); }
     bool empty() const noexcept { return values.empty(); }
     float& at(std::uint32_t x, std::uint32_t y) noexcept { return values[std::size_t{y} * width + x]; }
     float at(std::uint32_t x, std::uint32_t y) const noexcept { return values[std::size_t{y} * width + x]; }

@@ -10,6 +10,7 @@
 #include <span>
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/detail/ball.hpp>
+#include <tilemesh/report/detail/large_memory.hpp>
 #include <tilemesh/report/detail/enclosed_record.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -313,7 +314,8 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
         auto const& g = *records[i].gaussian;
         if (is_drawable(records[i]) && g.opacity >= least_opacity && depth_sign(c, g, near_depth) > 0) seen.push_back(static_cast<std::uint32_t>(i));
     }
-    std::vector<Projected> all(seen.size());
+    std::vector<Projected> all;
+    resize_large(all, seen.size());
     for_each_on(threads, all.size(), [&](std::size_t i) {
         auto const& record = records[seen[i]];
         auto& out = all[i];
@@ -356,8 +358,8 @@ inline EnclosedSplats project_all(std::span<EnclosedRecord const> records, splat
     });
     for (float const b : rules.background) least = std::min(least, double{b}), greatest = std::max(greatest, double{b});
     out.spread = (greatest - least) * 1.000001;
-    out.splats.reserve(order.size()), out.balls.reserve(order.size());
-    for (auto const i : order) out.splats.push_back(all[i].splat), out.balls.push_back(all[i].ball);
+    resize_large(out.splats, order.size()), resize_large(out.balls, order.size());
+    for (std::size_t n = 0; n < order.size(); ++n) out.splats[n] = all[order[n]].splat, out.balls[n] = all[order[n]].ball;
     return out;
 }
 

@@ -11,6 +11,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/detail/ball.hpp>
 #include <tilemesh/report/detail/enclosed_splats.hpp>
+#include <tilemesh/report/detail/large_memory.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/number_text.hpp>
@@ -31,6 +32,27 @@ inline constexpr int block_px = 16; ///< side of the blocks of pixels that have 
 /// A row of a block: transmittance, colours and depth, the sum of errors, 1 where a decision is doubtful, 1 where the pixel goes on.
 struct BoundedRow {
     double t[block_px], c[4][block_px], s[block_px], doubtful[block_px], open[block_px];
+};
+
+/// Where in a row alpha may be alpha_min, or within its error of it. With a = -1 / (2 along) and d = -1 / (2 across), the power is
+/// -(dx - dx_c)^2 / (2 v) - dy^2 / (2 w), where w = slope^2 a + d, v = a d / w and dx_c = slope a / w dy. A margin of .03 in the power is above alpha's
+/// error (rho < .01) and the rounding of these numbers, and 1e-9 of a distance and .01 pixels above the others'.
+struct Reach {
+    double room, of_dy = 0, along_dy = 0, twice_v = 0;
+    Reach(DoubleSplat const& e, splat::Rules const& rules) : room(std::numeric_limits<double>::infinity())
+    {
+        double const a = -0.5 / e.along, d = -0.5 / e.across, w = e.slope * e.slope * a + d;
+        if (!(e.rho < 0.01 && a > 0 && d > 0 && w < 1e200)) return; // all of a row
+        room = std::log(e.opacity / double{rules.alpha_min}) + 0.03, of_dy = 0.5 / w, along_dy = e.slope * a / w, twice_v = 2 * a * d / w;
+    }
+    /// Does it reach the pixels whose centres are between `first` and `last`, relative to the mean?
+    bool meets(double dy, double first, double last) const
+    {
+        if (!(room < std::numeric_limits<double>::infinity())) return true;
+        double const middle = along_dy * dy, margin = 0.01 + 1e-9 * std::fabs(middle);
+        double const beyond = std::max({first - middle, middle - last, margin}) - margin;
+        return beyond * beyond < twice_v * (room - of_dy * dy * dy);
+    }
 };
 
 /// Blends one splat into the row j of the block at (px, py). It has no branches, so that a compiler can use vectors.
@@ -178,13 +200,15 @@ inline void enclose_block(Enclosure& out, int px, int py, EnclosedSplats const& 
         nearest = std::min(nearest, e.colour[3] - e.depth_error), farthest = std::max(farthest, e.colour[3] + e.depth_error);
         colour_error = std::max(colour_error, e.colour_error), depth_error = std::max(depth_error, e.depth_error);
     }
-    for (std::size_t n = 0; n < list.size(); ++n) {
-        if (n % 32 == 31 && std::none_of(std::begin(rows), std::end(rows), [](BoundedRow const& row) {
-                return std::any_of(std::begin(row.open), std::end(row.open), [](double open) { return open > 0; });
-            }))
-            break;
+    std::uint32_t going = (1u << block_px) - 1; // rows, as bits
+    for (std::size_t n = 0; n < list.size() && going != 0; ++n) {
+        for (int j = 0; n % 32 == 31 && j < block_px; ++j)
+            if (std::none_of(std::begin(rows[j].open), std::end(rows[j].open), [](double open) { return open > 0; })) going &= ~(1u << j);
         auto const& e = p.splats[list[n]];
-        for (int j = std::max(e.may.y0 - py, 0); j < std::min(e.may.y1 - py, block_px); ++j) blend_row(rows[j], e, px, py, j, rules);
+        Reach const reach(e, rules);
+        for (int j = std::max(e.may.y0 - py, 0); j < std::min(e.may.y1 - py, block_px); ++j)
+            if ((going >> j & 1u) != 0 && reach.meets(py + j + 0.5 - e.y, px + 0.5 - e.x, px + block_px - 0.5 - e.x))
+                blend_row(rows[j], e, px, py, j, rules);
     }
     for (int j = 0; j < block_px && static_cast<std::uint32_t>(py + j) < out.height; ++j)
         for (int i = 0; i < block_px && static_cast<std::uint32_t>(px + i) < out.width; ++i) {
@@ -237,9 +261,10 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
     Enclosure out;
     out.width = camera.width, out.height = camera.height, out.splats = p.splats.size(), out.not_enclosed = p.not_enclosed, out.scene = scene;
     auto const pixels = std::size_t{camera.width} * camera.height;
-    out.middle.resize(3 * pixels), out.radius.resize(3 * pixels), out.decided.resize(pixels, Enclosure::Decided::in_double);
+    resize_large(out.middle, 3 * pixels), resize_large(out.radius, 3 * pixels);
+    out.decided.resize(pixels, Enclosure::Decided::in_double);
     if (options.planes)
-        for (auto* const plane : {&out.depth, &out.alpha}) plane->middle.resize(pixels), plane->radius.resize(pixels);
+        for (auto* const plane : {&out.depth, &out.alpha}) resize_large(plane->middle, pixels), resize_large(plane->radius, pixels);
     out.transmittance.resize(pixels);
     auto const columns = (camera.width + block_px - 1) / block_px, rows = (camera.height + block_px - 1) / block_px;
     auto& lists = scene->lists;
