@@ -42,6 +42,17 @@ struct Frame {
             splat::BlendBounded::tile({0, c.width, 0, c.height}, frame, static_cast<std::uint32_t>(keys.size()), at, pixels.data(), c.width,
                                       Worker{w, workers});
     }
+    /// The picture of `fast`, with the bounds that the pixels have.
+    void blend_fast()
+    {
+        auto const& c = frame.view.camera;
+        auto const bounds = pixels;
+        splat::PairCount pairs{};
+        splat::blend_whole_tile(
+            {0, c.width, 0, c.height}, c, frame.view.rules, static_cast<std::uint32_t>(keys.size()),
+            [&](std::uint32_t i) noexcept { return splats[keys[i].slot].own(); }, pixels.data(), c.width, &pairs, 1u);
+        for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i].alpha = bounds[i].alpha;
+    }
     splat::BoundParameters frame{};
     std::vector<BoundedSplat> splats;
     std::vector<SortKey> keys;
@@ -70,11 +81,19 @@ void compare(Sum& sum, Pixels const& pixels, report::Enclosure const& e)
 template <class Record>
 void compare(Sum& sum, std::uint32_t n)
 {
-    StiffScene<Record> const s(n);
+    StiffScene<Record> s(n);
+    auto const exact = report::enclose(s.records, s.c, s.rules);
+    s.rules.arithmetic = splat::Arithmetic::precise;
     Frame<Record> frame(s.records, s.c, s.rules);
     frame.blend(1 + n % 6);
     sum.wild += frame.wild;
-    compare(sum, frame.pixels, report::enclose(s.records, s.c, s.rules));
+    compare(sum, frame.pixels, exact);
+    s.rules.arithmetic = splat::Arithmetic::fast; // the bound of both pictures
+    Frame<Record> both(s.records, s.c, s.rules);
+    both.blend();
+    compare(sum, both.pixels, exact);
+    both.blend_fast();
+    compare(sum, both.pixels, exact);
 }
 
 TEST_CASE("no channel of stiff scenes escapes its bound: all rules, all degrees, needles, walls, opaque and huge splats")

@@ -65,9 +65,15 @@ inline constexpr float most_alpha_error = 0.1f;
 /// 4. **The mean.** A shift e moves sqrt(|power|) by at most nu, the smaller one of |M^-1/2 e| by axes and |e| / sqrt(2 least eigenvalue).
 /// 5. **At a pixel**: (8 + 4 q + 12) u |power| for dx, dy, off and the sum, with q = sqrt(a c / det); 4 u for e^x; 3.2 u for the products.
 /// With sqrt(p) nu <= (1 + p) nu / 2, all of it is r0 + r2 p. e^x - 1 <= 1.06 x for x <= .1.
-/// Anti-aliasing: sqrt(det V V^T / det M) of numbers whose errors are known. `extra`: a relative error of alpha beyond that of `precise`.
+/// Anti-aliasing: sqrt(det V V^T / det M) of numbers whose errors are known.
+/// 6. **`fast`** takes a pixel's row from the first row of its cell, at most 3 rows away, by three ratios (blending_cells.hpp). Let p2 be the power
+///    at the pixel and A = `across`, both times log2(e). In the first row the power is at most (sqrt(p2) + 3 sqrt(A))^2 <= 2 p2 + 18 A, and its terms are
+///    off by at most (36 + 6 q) u of it, as in 5 with products that are rounded; so is the rise, 2 A |off| + A <= 9.5 A + p2 / 2. log2 of the opacity:
+///    8 u |ln opacity|. The seven powers of two: 7.5e-8 of the polynomial and 12 u each; the exponent of q: 4 u 2 A; six products. A splat with
+///    A > `sharpest` is evaluated pixel by pixel.
+/// `fast`: is the picture that of `fast`? Then the bound is that of both.
 template <class Record>
-AlphaError alpha_error(Record const& g, Splat const& s, View const& view, float extra) noexcept
+AlphaError alpha_error(Record const& g, Splat const& s, View const& view, bool fast) noexcept
 {
     using namespace detail;
     constexpr float u = 0x1p-24f, twice = roundings_of_multiply_add - 1; // 1: products of a multiply_add are rounded, too
@@ -147,12 +153,18 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, float 
     float const by_axes = std::sqrt(along) * edx + std::sqrt(across) * (slope * edx + edy), by_length = length_of(edx, edy) / std::sqrt(2 * least);
     float const nu = (by_axes < by_length ? by_axes : by_length) * 1.03f;
     // 5.
-    float const linear = theta + det_error + u * (7 + 16 * q + 20 + 4 * q), most_power = 0.5f * ratio + 0.01f;
-    float const total = linear * most_power + 2 * std::sqrt(most_power) * nu + nu * nu + opacity_error;
+    float linear = theta + det_error + u * (7 + 16 * q + 20 + 4 * q), by_fast = 0;
+    float const most_power = 0.5f * ratio + 0.01f, tall = across * log2_e > sharpest ? 0.0f : across * log2_e;
+    if (fast) {
+        float const terms = (36 + 6 * q) * u;
+        linear += 3.5f * terms;
+        by_fast = 32.5f * terms * tall + u * (17 * tall + 8 * std::fabs(logarithm<OneFloat>(shown)) + 90) + 7 * 7.5e-8f;
+    }
+    float const total = linear * most_power + 2 * std::sqrt(most_power) * nu + nu * nu + opacity_error + by_fast;
     if (!(total < most_alpha_error)) return wild(c);
-    out.r0 = 1.06f * (nu + nu * nu) + 7.2f * u + extra + 1.06f * opacity_error;
+    out.r0 = 1.06f * (nu + nu * nu) + 7.2f * u + 1.06f * (opacity_error + by_fast);
     out.r2 = 1.06f * (linear + nu);
-    float const rho = out.at_cut = 1.06f * total + 7.2f * u + extra;
+    float const rho = out.at_cut = 1.06f * total + 7.2f * u;
     // The exact ellipse lies in this box; with a footprint of 3 sigma, so do the pixels of both.
     float wider_x = std::sqrt(ratio + 4.4f * rho + 1e-6f) * 1.00002f * std::sqrt(a) * (1 + theta) + edx + 2e-4f,
           wider_y = std::sqrt(ratio + 4.4f * rho + 1e-6f) * 1.00002f * std::sqrt(cc) * (1 + theta) + edy + 2e-4f;

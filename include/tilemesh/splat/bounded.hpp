@@ -29,9 +29,6 @@ struct BoundedSplat : Splat {
 };
 struct BoundParameters : FrameParameters {};
 
-/// `fast` differs from `precise` by at most this share of alpha (tests/splat/blending.cpp).
-inline constexpr float error_of_fast = 2e-5f;
-
 template <>
 struct Access<BoundParameters> : Access<FrameParameters> {
     TILEMESH_KERNEL static BoundParameters const& hold(BoundParameters const& frame) noexcept { return frame; }
@@ -41,7 +38,7 @@ struct Access<BoundParameters> : Access<FrameParameters> {
         auto const& view = frame.view;
         Splat const s = splat::project(g, view, frame.tiling);
         BoundedSplat out(s);
-        out.error = alpha_error(g, s, view, view.rules.arithmetic == Arithmetic::fast ? error_of_fast : 0.0f);
+        out.error = alpha_error(g, s, view, view.rules.arithmetic == Arithmetic::fast);
         for (int k = 0; k < 3; ++k) out.mean_world[k] = g.mean_world[k];
         out.columns = out.error.columns, out.rows = out.error.rows;
         if (out.columns == 0) return BoundedSplat();
