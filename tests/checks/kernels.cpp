@@ -22,7 +22,9 @@
 #include <tilemesh/splat/counts.hpp>
 #include <tilemesh/splat/cell_state.hpp>
 #include <tilemesh/splat/cell_lists.hpp>
+#include <tilemesh/splat/cell_masks.hpp>
 #include <tilemesh/splat/cell_tiles.hpp>
+#include <tilemesh/splat/cell_wide.hpp>
 #include <tilemesh/splat/cell_window.hpp>
 #include <tilemesh/splat/blending_cells.hpp>
 #include <tilemesh/splat/bloom.hpp>

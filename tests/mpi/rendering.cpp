@@ -6,6 +6,7 @@
 #include <tilemesh/render/ranks/value_form.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/splat/bounded.hpp>
 
 using namespace mpi_test;
 using support::Whole;
@@ -223,4 +224,13 @@ TEST_CASE("the exception of an observer on one rank ends the frame on all ranks;
     auto const frame = renderer.render(path()[0]);
     CHECK(report::first_difference(frame.report, wanted[0].report) == "");
     if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted[0].image) == 0);
+}
+
+TEST_CASE("a frame that bounds its picture has the picture and the bounds of one process")
+{
+    RendererOptions const options{.grid = {7, 6}};
+    BasicRenderer<splat::Bounded, Mesh> one{cloud(), options};
+    std::vector<RenderedFrame> wanted;
+    for (auto const& camera : path()) wanted.push_back(one.render(camera));
+    check_frames<splat::Bounded>(wanted, cloud(), options, path());
 }

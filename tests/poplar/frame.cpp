@@ -5,6 +5,7 @@
 #include <array>
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/scene/orbit.hpp>
+#include <tilemesh/splat/bounded.hpp>
 
 // The frame program as codelets on a graph, on the stand-in for Poplar: it gives the pictures, counters and words of the thread engine.
 namespace {
@@ -83,6 +84,9 @@ struct Dropped : support::Small<5, 60, splat::Paper> {
     using Machine = Workers<4>;
     using Copies = splat::ScreenCopies;
 };
+struct Bounding : splat::Bounded {
+    using Machine = Workers<5>;
+};
 #define FRAME(Name, S)                                                                                                         \
     VERTEX(Name##_project, S::Machine, splat::Frame<S>, splat::Project<S>)                                                     \
     VERTEX(Name##_route, S::Machine, splat::Frame<S>, splat::Route<S>)                                                         \
@@ -91,6 +95,7 @@ struct Dropped : support::Small<5, 60, splat::Paper> {
     MULTI_VERTEX(Name##_composite, S::Machine, splat::Frame<S>, splat::Composite<S>)
 FRAME(held, Held)
 FRAME(dropped, Dropped)
+FRAME(bounding, Bounding)
 
 TEST_CASE("poplar: Sloth, lossless with float pixels, a cold start and three steps of an orbit")
 {
@@ -160,6 +165,20 @@ TEST_CASE("poplar: order and number of workers change nothing, with equal traces
     options.storage_slots = 200;
     options.waiting_slots = 3;
     compare<Held>(map, "held", options, cameras);
+}
+
+TEST_CASE("poplar: a frame that bounds its picture has the picture and the bounds of threads")
+{
+    standin::Restore const restore;
+    standin::settings().tile_bytes = 64u << 20;
+    auto const map = support::map_of(support::cloud(support::fast() ? 150 : 500, 11));
+    RendererOptions options;
+    options.tile = {20, 16};
+    for (auto const& e : {executions[0], executions[2], executions[3]}) {
+        CAPTURE(e.name);
+        poplar_test::use(e);
+        compare<Bounding>(map, "bounding", options, {support::lens(150, 70), support::lens(150, 70, 0.02f)});
+    }
 }
 
 TEST_CASE("poplar: the graph's variables are the ledger of a frame, byte for byte; the paper's lists do not fit beside its budget")

@@ -317,8 +317,8 @@ TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChun
 }
 
 /// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
-/// perhaps into columns beside them. `special`: the bits of Special that splats of the list may have. Returns 1 if a pixel of these columns goes on. One
-/// number more is read.
+/// perhaps into columns beside them. `special`: the bits of Special that splats of the list may have. Returns 1 if a pixel of these columns goes
+/// on. One number more is read.
 template <class Rule, class Stop>
 struct BlendCell {
     template <class Set, class AnyCell, std::uint32_t Size, class Number>

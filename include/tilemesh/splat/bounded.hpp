@@ -148,7 +148,7 @@ struct BoundedChunk : Chunk<Size> {
             has_runs = has_runs || !alone;
             float const green_blue = s.colour[1] > s.colour[2] ? s.colour[1] : s.colour[2];
             most_colour[i] = s.colour[0] > green_blue ? s.colour[0] : green_blue;
-            certain[i] = alone && !s.error.is_wild() && s.error.border_certain && s.columns == s.own_columns && s.rows == s.own_rows &&
+            certain[i] = alone && !s.error.is_wild() && s.error.border_certain != 0 && s.columns == s.own_columns && s.rows == s.own_rows &&
                          s.colour[0] >= 0 && s.colour[1] >= 0 && s.colour[2] >= 0;
         }
         return most;
@@ -248,12 +248,12 @@ private:
     }
 };
 
-/// Blends the picture of `precise` and its bound into those blocks of a tile that are a worker's (blend_tile_in_blocks).
-template <class Stop, std::uint32_t Size, class SplatAt, class Pixel>
+/// Blends the picture of `precise` and its bound into those blocks of a tile that are a worker's (blend_tile_in_blocks), `most_open` at a time. A
+/// block looks whether it is done after 64 splats of its own, so its pairs depend neither on `Size` nor on `most_open`.
+template <class Stop, std::uint32_t Size, std::uint32_t most_open, class SplatAt, class Pixel>
 void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                      std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
-    constexpr std::uint32_t most_open = 8;
     struct Open {
         BlockPlace at;
         BoundRow rows[block_height];
@@ -292,7 +292,8 @@ void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& r
                         for (auto const& row : block.rows) block.done = block.done && row.is_done(rules.transmittance_min);
                         if (block.done) break;
                     }
-                    std::uint32_t const part = count - done < blended_between_looks ? count - done : blended_between_looks;
+                    std::uint32_t const room = block.blended < blended_between_looks ? blended_between_looks - block.blended : 1;
+                    std::uint32_t const part = count - done < room ? count - done : room;
                     pairs.contributing += set.template call<BlendAndBound<Stop>>(&block.rows[0], chunk, hits + done, part, block.at, rules);
                     pairs.evaluated += part * (block_width * block_height / pairs_a_count);
                     done += part, block.blended += part;
@@ -319,30 +320,31 @@ void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& r
 
 /// Blends the picture of `precise`, and writes the bound in the place of alpha. With `fast`, the bound is also that of the picture of `fast`.
 struct BlendBounded {
+    /// A worker has little memory: one block, and chunks of 16 splats.
     template <class Frame, class SplatAt, class Pixel>
     static PairCount tile(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
                           Worker worker) noexcept
     {
         PairCount pairs{};
-        by_stop(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1u);
+        by_stop<16, 1>(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1u);
         return pairs;
     }
     template <class Frame, class SplatAt, class Pixel>
     static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
                       PairCount* counts, std::uint32_t workers) noexcept
     {
-        by_stop(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
+        by_stop<128, 8>(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
     }
 
 private:
-    template <class Frame, class... Arguments>
+    template <std::uint32_t Size, std::uint32_t Open, class Frame, class... Arguments>
     static void by_stop(PixelRect const& tile, Frame const& frame, Arguments const&... rest) noexcept
     {
         auto const& view = frame.view;
         if (view.rules.stop == Stop::before_crossing)
-            detail::blend_and_bound<detail::StopBeforeCrossing, 128>(tile, view.camera, view.rules, rest...);
+            detail::blend_and_bound<detail::StopBeforeCrossing, Size, Open>(tile, view.camera, view.rules, rest...);
         else
-            detail::blend_and_bound<detail::StopEachPixel, 128>(tile, view.camera, view.rules, rest...);
+            detail::blend_and_bound<detail::StopEachPixel, Size, Open>(tile, view.camera, view.rules, rest...);
     }
 };
 

@@ -38,7 +38,8 @@ TILEMESH_KERNEL Wide wide_power(Wide const& x) noexcept
     Wide const n = __builtin_ia32_rndscaleps_mask(x, nearest, x, all, current);
     return __builtin_ia32_scalefps512_mask(polynomial<Rule::degree, wide_lanes>(x - n), n, x, all, current);
 #else
-    return power_of_two<Rule::degree, wide_lanes>(between<wide_lanes>(x, broadcast<wide_lanes>(lowest_exponent), broadcast<wide_lanes>(steepest_rise)));
+    auto const lowest = broadcast<wide_lanes>(lowest_exponent), steepest = broadcast<wide_lanes>(steepest_rise);
+    return power_of_two<Rule::degree, wide_lanes>(between<wide_lanes>(x, lowest, steepest));
 #endif
 }
 /// Blends splats into a cell whose rows 0 and 1 lie in one vector and 2 and 3 in another. Returns 1 if a pixel goes on.

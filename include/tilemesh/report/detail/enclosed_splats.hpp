@@ -10,8 +10,8 @@
 #include <span>
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/detail/ball.hpp>
-#include <tilemesh/report/detail/large_memory.hpp>
 #include <tilemesh/report/detail/enclosed_record.hpp>
+#include <tilemesh/report/detail/large_memory.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>

@@ -35,8 +35,8 @@ struct BoundedRow {
 };
 
 /// Where in a row alpha may be alpha_min, or within its error of it. With a = -1 / (2 along) and d = -1 / (2 across), the power is
-/// -(dx - dx_c)^2 / (2 v) - dy^2 / (2 w), where w = slope^2 a + d, v = a d / w and dx_c = slope a / w dy. A margin of .03 in the power is above alpha's
-/// error (rho < .01) and the rounding of these numbers, and 1e-9 of a distance and .01 pixels above the others'.
+/// -(dx - dx_c)^2 / (2 v) - dy^2 / (2 w), where w = slope^2 a + d, v = a d / w and dx_c = slope a / w dy. A margin of .03 in the power is above
+/// alpha's error (rho < .01) and the rounding of these numbers, and 1e-9 of a distance and .01 pixels above the others'.
 struct Reach {
     double room, of_dy = 0, along_dy = 0, twice_v = 0;
     Reach(DoubleSplat const& e, splat::Rules const& rules) : room(std::numeric_limits<double>::infinity())
