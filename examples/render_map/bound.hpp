@@ -1,6 +1,7 @@
 #pragma once
 #include "frame_writer.hpp"
 #include "options.hpp"
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <tilemesh/render/picture.hpp>
@@ -11,7 +12,14 @@
 namespace render_map {
 
 /// Renders a view of the map on a mesh whose alpha plane is the bound (splat/bounded.hpp).
-using BoundRenderer = std::function<tilemesh::RenderedFrame(tilemesh::splat::Camera const&, tilemesh::splat::Rules const&)>;
+/// It begins on tiles that fit in Mk2, and takes larger ones once a frame needs them.
+struct BoundFrame {
+    tilemesh::RenderedFrame frame;
+    std::uint32_t slots; ///< of a tile
+    bool fits;           ///< in Mk2
+};
+using BoundRenderer = std::function<BoundFrame(tilemesh::splat::Camera const&, tilemesh::splat::Rules const&)>;
+/// The map must live as long as the renderer.
 BoundRenderer make_bound_renderer(tilemesh::scene::Map const& map, unsigned threads);
 
 /// Writes the bound of a frame's picture, and returns a line about it. `frames`: of the run.
