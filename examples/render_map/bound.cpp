@@ -63,15 +63,15 @@ std::string bound(Options const& options, BoundRenderer const& renderer, tilemes
     auto const bounded = renderer(camera, rules);
     auto const& result = bounded.frame;
     if (lacks(result.report))
-        return of_frame + "none, because " + std::to_string(result.report.lost.size()) + " records or copies find no room on tiles of " +
-               std::to_string(bounded.slots) + " slots; --certify has no such limit";
+        return of_frame + "none, because records or copies find no room on tiles of " + std::to_string(bounded.slots) +
+               " slots; --certify has no such limit";
     tilemesh::report::write_pfm(frame_path(options, frame.index, ".bound.pfm"), result.alpha, outlasts(options));
     auto levels = result.alpha.values;
     std::sort(levels.begin(), levels.end());
     auto const at = [&](double q) {
         return tilemesh::report::significant(255 * 1.01 * double{levels[static_cast<std::size_t>(std::ceil(q * static_cast<double>(levels.size() - 1)))]}, 3);
     };
-    std::string const tiles = bounded.fits ? "on the tiles" : "on larger tiles (of " + std::to_string(bounded.slots) + " slots; mk2's are full)";
+    std::string const tiles = bounded.fits ? "on the tiles" : "on larger tiles (of " + std::to_string(bounded.slots) + " slots; mk2's were too small)";
     return of_frame + tiles + ", in float32, every channel is within " + at(1) + "/255 of the exact formula (p99 " + at(0.99) + ", median " +
            at(0.5) + "; each pixel's is in " + frame_file(frame.index, ".bound.pfm") + ")";
 }

@@ -172,6 +172,79 @@ TEST_CASE("a float that decides otherwise at the cut, or at the stop, is bounded
     CHECK(stops > 5);
 }
 
+/// The float stops at the first splat, within its error of the limit, and the second is within its error of the cut: the exact formula may see it.
+TEST_CASE("a colour behind a doubtful stop and at a doubtful cut is bounded")
+{
+    Random random(1);
+    splat::Camera c{};
+    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8.25f, c.near_depth = 0.2f;
+    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    Sum sum;
+    std::uint32_t tried = 0;
+    for (std::uint32_t n = 0; n < 1500; ++n) {
+        std::vector<splat::Gaussian> records;
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            splat::Gaussian g{};
+            g.mean_world[0] = random.uniform(-.5f, .5f), g.mean_world[1] = random.uniform(-.5f, .5f), g.mean_world[2] = 2 + static_cast<float>(i);
+            for (float& q : g.rotation) q = random.uniform(-1, 1);
+            for (float& v : g.log_scale) v = random.uniform(-3, 0);
+            for (float& v : g.colour) v = static_cast<float>(i);
+            g.opacity = random.uniform(.4f, .8f), g.id = splat::GaussianId{i + 1};
+            records.push_back(g);
+        }
+        splat::Rules rules;
+        if (n % 4 == 3) rules.stop = splat::Stop::before_crossing;
+        auto const alpha = [&](std::size_t i) {
+            auto const s = splat::project(records[i], splat::make_view(c, rules), {16, 16});
+            return splat::alpha_at(s, static_cast<float>(n % 8 + 4) + 0.5f - c.cx, static_cast<float>(n / 8 % 8 + 4) + 0.5f - c.cy);
+        };
+        float const first = alpha(0), second = alpha(1);
+        if (first < 0.05f || second < 0.02f || first < 1.5f * second) continue;
+        rules.transmittance_min = std::nextafter(1 - first, 2.0f), rules.alpha_min = std::nextafter(second, 2.0f);
+        Frame<splat::Gaussian> frame(records, c, rules);
+        frame.blend();
+        compare(sum, frame.pixels, report::enclose(records, c, rules));
+        ++tried;
+    }
+    CHECK(tried > 100);
+    CHECK(sum.escapes == 0);
+}
+
+TEST_CASE("tiles that cut blocks count the pairs of `precise`, and have the bounds of the whole frame")
+{
+    StiffScene<splat::Gaussian> const s(4);
+    Frame<splat::Gaussian> frame(s.records, s.c, s.rules);
+    frame.blend();
+    auto const n = static_cast<std::uint32_t>(frame.keys.size());
+    splat::SplatsInOrder<BoundedSplat> const at{frame.splats.data(), frame.keys.data()};
+    auto const own = [&](std::uint32_t i) noexcept { return frame.splats[frame.keys[i].slot].own(); };
+    auto precise = s.rules;
+    precise.arithmetic = splat::Arithmetic::precise;
+    std::uint32_t contributing = 0;
+    for (auto const& rect : {splat::PixelRect{0, 24, 0, 48}, splat::PixelRect{24, 39, 0, 7}, splat::PixelRect{24, 39, 7, 48}, splat::PixelRect{39, 64, 0, 48}}) {
+        std::vector<splat::WithAlpha<splat::FloatPixel>> bounded(std::size_t{64} * 48), whole(bounded.size());
+        std::vector<splat::FloatPixel> plain(bounded.size());
+        splat::PairCount of_whole{}, of_plain{};
+        auto const of_tile = splat::BlendBounded::tile(rect, frame.frame, n, at, bounded.data(), 64, Worker{0, 1});
+        splat::BlendBounded::whole(rect, frame.frame, n, at, whole.data(), 64, &of_whole, 1u);
+        splat::blend_whole_tile(rect, s.c, precise, n, own, plain.data(), 64, &of_plain, 1u);
+        CHECK(of_tile.contributing == of_plain.contributing);
+        CHECK(of_whole.contributing == of_plain.contributing);
+        CHECK(of_tile.evaluated == of_whole.evaluated);
+        contributing += of_tile.contributing;
+        std::uint32_t other = 0;
+        for (std::uint32_t y = rect.y0; y < rect.y1; ++y)
+            for (std::uint32_t x = rect.x0; x < rect.x1; ++x) {
+                auto const at_tile = std::size_t{64} * (y - rect.y0) + (x - rect.x0);
+                auto const& want = frame.pixels[std::size_t{64} * y + x];
+                for (auto const* got : {&bounded[at_tile], &whole[at_tile]}) other += std::memcmp(got, &want, sizeof want) != 0 ? 1 : 0;
+                other += std::memcmp(&plain[at_tile], &want.colour, sizeof want.colour) != 0 ? 1 : 0;
+            }
+        CHECK(other == 0);
+    }
+    CHECK(contributing > 1000);
+}
+
 TEST_CASE("depths are compared exactly, and a run in another order is bounded")
 {
     Random random(3);

@@ -159,7 +159,7 @@ TILEMESH_KERNEL Floats<N> weighed(Floats<N>& t, Words<N>& seen, Floats<N> const&
 {
 #if defined(__AVX512F__) && !defined(__clang__)
     if constexpr (N == 16) { // of the code below GCC 12 makes more instructions than masks need
-        constexpr int at_least = 13, below = 17, current = 4; // quiet compares, false for NaN
+        constexpr int at_least = 29, below = 17, current = 4; // quiet compares, false for NaN
         auto in = __builtin_ia32_cmpps512_mask(alpha, least.alpha, at_least, static_cast<unsigned short>(0xffff), current);
         in = __builtin_ia32_cmpps512_mask(t, least.transmittance, at_least, in, current);
         if constexpr (Stop::drops_crossing) {

@@ -26,6 +26,8 @@ struct AlphaError {
     std::uint32_t columns, rows; ///< as in `Splat`: the pixels that the exact formula may light
     std::uint32_t border_certain; ///< 0 if a pixel may be on the other side of a footprint of 3 sigma; others have no border
     bool is_wild() const noexcept { return !(r0 < std::numeric_limits<float>::infinity()); }
+    /// May its depth's key be off by more than `Runs` (bounded.hpp) takes? Not of a splat that is wild because it is just outside the picture.
+    bool has_wild_depth() const noexcept { return is_wild() && most >= 1; }
 };
 
 namespace detail {
@@ -154,7 +156,7 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, bool f
     float const nu = (by_axes < by_length ? by_axes : by_length) * 1.03f;
     // 5.
     float linear = theta + det_error + u * (7 + 16 * q + 20 + 4 * q), by_fast = 0;
-    float const most_power = 0.5f * ratio + 0.01f, tall = across * log2_e > sharpest ? 0.0f : across * log2_e;
+    float const most_power = 0.5f * ratio + 0.01f, tall = std::fabs(s.across) * log2_e > 1.001f * sharpest ? 0.0f : across * log2_e;
     if (fast) {
         float const terms = (36 + 6 * q) * u;
         linear += 3.5f * terms;
@@ -215,12 +217,13 @@ AlphaError alpha_error(Record const& g, Splat const& s, View const& view, bool f
 struct alignas(detail::vector_bytes) BoundRow {
     float t[block_width], red[block_width], green[block_width], blue[block_width];
     float e[block_width], s[block_width], high[block_width], low[block_width], colour[block_width], sum[block_width], start[block_width];
-    void begin(Rules const& m) noexcept
+    /// Pixels outside the columns [x0, x1) are dead, as in `CellFields`.
+    void begin(Rules const& m, std::uint32_t x0, std::uint32_t x1) noexcept
     {
         *this = {};
         float most = 0, least = 0;
         for (float const b : m.background) most = b > most ? b : most, least = b < least ? b : least;
-        for (std::uint32_t i = 0; i < block_width; ++i) t[i] = start[i] = 1, high[i] = most, low[i] = least;
+        for (std::uint32_t i = 0; i < block_width; ++i) t[i] = start[i] = i >= x0 && i < x1 ? 1.0f : -1.0f, high[i] = most, low[i] = least;
     }
     /// No float and no real number goes on.
     bool is_done(float limit) const noexcept
@@ -293,7 +296,7 @@ TILEMESH_KERNEL bool bound_certain_pixels(BoundPixels<N>& b, Splat const& p, Alp
     constexpr float u = 0x1p-24f;
     F const zero{};
     float const cut = m.alpha_min, limit = m.transmittance_min;
-    Words<N> const alive = b.t >= limit, has = of.alpha >= cut;
+    Words<N> const alive = b.t >= limit, has = of.alpha >= cut, may_go_on = b.t + b.e >= limit;
     Words<N> in = has & alive;
     F const share = of.clamped * b.t, would_be = b.t - share;
     [[maybe_unused]] Words<N> const in0 = in;
@@ -303,13 +306,13 @@ TILEMESH_KERNEL bool bound_certain_pixels(BoundPixels<N>& b, Splat const& p, Alp
     F const err = multiply_add_lanes<N>(b.e * a_in, of.error - 1.0f, b.e) + step;
     F after = b.t - w;
     F const away = magnitude<N>((Drops ? would_be : after) - limit);
-    Words<N> const doubtful = alive & (magnitude<N>(of.alpha - cut) <= near_cut);
+    Words<N> const doubtful = may_go_on & (magnitude<N>(of.alpha - cut) <= near_cut); // where a float has stopped, the exact formula may see it
     Words<N> near_stop;
-    if constexpr (Drops) near_stop = in0 & (away <= err * 1.01f + b.t * of.clamped * of.error);
+    if constexpr (Drops) near_stop = in0 & (away <= err * 1.01f + b.t * of.clamped * of.error + 2 * u);
     else near_stop = in & (away <= err * 1.01f);
     if (any_pixel<N>(doubtful | near_stop) != 0) return false;
     if constexpr (Drops) after = (in0 & ~in) ? -b.t : after;
-    Words<N> const may_see = has & (b.t + b.e >= limit);
+    Words<N> const may_see = has & may_go_on;
     b.high = (may_see & (b.high < most_colour)) ? broadcast<N>(most_colour) : b.high;
     if (e.colour > 0) b.colour = (may_see & (b.colour < e.colour)) ? broadcast<N>(e.colour) : b.colour;
     b.red = multiply_add_lanes<N>(w, broadcast<N>(p.colour[0]), b.red);
@@ -361,7 +364,7 @@ TILEMESH_KERNEL void bound_pixels(BoundRow& b, std::uint32_t i, Splat const& p, 
     F err = multiply_add_lanes<N>(error * a_in, r - one, error) + step;
     F const seen_of = Drops ? would_be : before - w, over = seen_of - limit, away = over > zero ? over : zero - over;
     F const there = in0 > doubt ? in0 : doubt;
-    F const close = away <= (Drops ? err * 1.01f + before * a * r : err * 1.01f) ? one : zero;
+    F const close = away <= (Drops ? err * 1.01f + before * a * r + 2 * u : err * 1.01f) ? one : zero;
     F const falls = doubt * (before - size * before < limit ? one : zero);
     F const stops = there * (close > falls ? close : falls);
     F s = load<N>(b.s + i) + step + (stops > zero ? (Drops ? before : limit * 1.02f + err) : zero);

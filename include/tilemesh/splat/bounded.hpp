@@ -8,6 +8,8 @@
 /// A frame whose alpha plane is a bound: each channel of the picture is within it of the exact formula (bound.hpp). It is a setup with
 /// policies of its own, so the library's other programs have no byte and no instruction of it: `BasicRenderer<splat::Bounded>`.
 TILEMESH_EXACT_BEGIN
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi" // see lanes.hpp
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// A splat with its error. Its rectangle is where the exact formula may light a pixel, so the mesh brings it to all these tiles; the
@@ -50,6 +52,7 @@ struct Access<BoundParameters> : Access<FrameParameters> {
             out.anchor = TileId{x | y << 16};
             std::uint32_t const key = splat::depth_key(g, view);
             out.depth_key = key != 0 ? key : key_of_depth(view.camera.near_depth);
+            if (key == 0) out.error.most = 1; // so its place is not known
         }
         return out;
     }
@@ -105,7 +108,7 @@ public:
                 if (q.depth_key - p.depth_key > close_keys) break;
                 BoundedSplat const &a = at_.splats[p.slot], &b = at_.splats[q.slot];
                 int const sign = depth_order(camera_, a.mean_world, b.mean_world);
-                wrong = wrong || sign > 0 || (sign == 0 && b_is_before(q, p)) || a.error.is_wild() || b.error.is_wild();
+                wrong = wrong || sign > 0 || (sign == 0 && b_is_before(q, p)) || a.error.has_wild_depth() || b.error.has_wild_depth();
             }
             run_ = wrong && end_ - begin_ > 1;
         }
@@ -227,17 +230,17 @@ private:
         float const lowest = lowest_power_for(m.alpha_min), y = at.ys[r];
         Floats<N> const xs = load<N>(at.xs + column);
         BoundPixels<N> pixels(row, column);
-        auto const splat = [&](std::uint32_t h) noexcept -> BoundedSplat const& { return *c.splats[hits[listed[h]] & Hit::number]; };
+        auto const listed_splat = [&](std::uint32_t h) noexcept -> BoundedSplat const& { return *c.splats[hits[listed[h]] & Hit::number]; };
         // Three splats are in progress, each in another stage (cell_wide.hpp).
-        BoundedAlpha<N> next(splat(0).error, power_in_row<N>(splat(0), xs, y), load<N>(opacities + N * listed[0]), m, lowest);
-        Floats<N> power = power_in_row<N>(splat(1), xs, y);
+        BoundedAlpha<N> next(listed_splat(0).error, power_in_row<N>(listed_splat(0), xs, y), load<N>(opacities + N * listed[0]), m, lowest);
+        Floats<N> power = power_in_row<N>(listed_splat(1), xs, y);
         for (std::uint32_t h = 0; h < n; ++h) {
             std::uint32_t const k = hits[listed[h]] & Hit::number;
             BoundedSplat const& s = *c.splats[k];
             BoundedAlpha<N> const of = next;
-            next = BoundedAlpha<N>(splat(h + 1).error, power, load<N>(opacities + N * listed[h + 1]), m, lowest);
-            power = power_in_row<N>(splat(h + 2), xs, y);
-            float const near_cut = 1.2f * s.error.at_cut * m.alpha_min;
+            next = BoundedAlpha<N>(listed_splat(h + 1).error, power, load<N>(opacities + N * listed[h + 1]), m, lowest);
+            power = power_in_row<N>(listed_splat(h + 2), xs, y);
+            float const near_cut = (1.2f * s.error.at_cut + 4 * 0x1p-24f) * m.alpha_min;
             if (c.certain[k] && bound_certain_pixels<N, drops>(pixels, s, s.error, of, c.most_colour[k], near_cut, m, seen)) continue;
             pixels.store_in(row, column);
             Set::template call<BoundAny<drops, N>>(row, column, c, k, Floats<N>(xs - s.mean_px[0]), y - s.mean_px[1], m,
@@ -272,7 +275,9 @@ void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& r
         for (; open < most_open && next < blocks; ++open, next += worker.count) {
             Open& block = group[open];
             block.at = place_of(left + next % across * block_width, top + next / across * block_height, camera);
-            for (auto& row : block.rows) row.begin(rules);
+            auto const x = static_cast<std::uint32_t>(block.at.column), y = static_cast<std::uint32_t>(block.at.row);
+            std::uint32_t const x0 = x > tile.x0 ? 0 : tile.x0 - x, x1 = x < tile.x1 ? tile.x1 - x : 0;
+            for (std::uint32_t r = 0; r < block_height; ++r) block.rows[r].begin(rules, x0, y + r >= tile.y0 && y + r < tile.y1 ? x1 : 0);
             block.number = next, block.blended = 0, block.done = false;
         }
         Runs<SplatAt> runs(at, camera, n);
@@ -307,10 +312,11 @@ void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& r
             std::uint32_t const y0 = y > tile.y0 ? y : tile.y0, y1 = y + block_height < tile.y1 ? y + block_height : tile.y1;
             for (std::uint32_t at_y = y0; at_y < y1; ++at_y) {
                 BoundRow const& row = group[b].rows[at_y - y];
-                Pixel* const to = pixels + (at_y - tile.y0) * stride_px - tile.x0;
+                Pixel* const to = pixels + (at_y - tile.y0) * stride_px;
                 for (std::uint32_t at_x = x0; at_x < x1; ++at_x) {
-                    to[at_x] = Pixel::make(row.blended(at_x - x, rules.background));
-                    to[at_x].alpha = row.bound(at_x - x);
+                    Pixel& pixel = to[at_x - tile.x0];
+                    pixel = Pixel::make(row.blended(at_x - x, rules.background));
+                    pixel.alpha = row.bound(at_x - x);
                 }
             }
         }
@@ -382,4 +388,5 @@ struct BoundedOf : SetupType<bounded> {
 using Bounded = BoundedOf<0>;
 
 }}} // namespace tilemesh::v0_2::splat
+#pragma GCC diagnostic pop
 TILEMESH_EXACT_END

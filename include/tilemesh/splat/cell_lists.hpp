@@ -327,7 +327,7 @@ private:
     std::uint8_t masks_[4][Size / 8][8];
 };
 
-#if defined(__AVX512F__)
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
 template <std::uint32_t Size>
 using HostLists = std::conditional_t<(Size >= 64), MaskedLists<Size>, SwappedLists<Size>>;
 #else

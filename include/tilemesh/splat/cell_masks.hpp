@@ -15,9 +15,8 @@ TILEMESH_KERNEL Words<L> loaded(std::uint32_t const* p) noexcept
     return v;
 }
 
-#if defined(__AVX512F__)
-/// 0, 1, 2 and so on, as bytes.
-struct ByteNumbers {
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+struct ByteNumbers { // 0, 1, 2 and so on
     alignas(64) char of[64]{};
     constexpr ByteNumbers() noexcept
     {
@@ -29,6 +28,7 @@ inline constexpr ByteNumbers byte_numbers{};
 /// `SwappedLists` (cell_lists.hpp) for a target with masks of 16 lanes. A cell's splats are bits, and the numbers of those that are set are stored.
 template <std::uint32_t Size>
 class MaskedLists {
+    static_assert(Size % 64 == 0 && Size <= 128, "words of 64 bits, and numbers in signed bytes");
 public:
     using Number = std::uint8_t;
     void begin(CellChunk<Size> const& chunk, std::uint32_t n, std::uint32_t cells) noexcept

@@ -26,9 +26,9 @@ TILEMESH_KERNEL Wide joined(Half const& low, Half const& high) noexcept
     join(low, high, both);
     return both;
 }
-/// The powers of two of exponents and rises, as in `put_first`, where alpha is above the cut. No clamp is needed for that. A column whose exponent is
-/// below `lowest_exponent` is 0 from the first row on, or NaN after it, and has no pixel above the cut (`steepest_rise`). In another one
-/// sqrt(a) |off| <= sqrt(126) in the first row, so it rises by at most 2 sqrt(126 a) + a = 49 with a <= `sharpest`: nothing overflows.
+/// The powers of two of exponents and rises, as in `put_first`, without clamps. Denormals are 0 (`Rule::Denormals`). So a column that begins below
+/// `lowest_exponent` is 0, or NaN after its first row, and has no pixel above the cut (`steepest_rise`). Another one has sqrt(a) |off| <=
+/// sqrt(126) there (no opacity is above 1), and rises by at most 2 sqrt(126 a) + a = 49 with a <= `sharpest`: nothing overflows.
 template <class Rule>
 TILEMESH_KERNEL Wide wide_power(Wide const& x) noexcept
 {
