@@ -316,6 +316,9 @@ TILEMESH_KERNEL void depths(AnyCell& cell, Batch<N, Most> const& batch, CellChun
     store_field<N>(z, cell, &DepthCellFields::depth, column, CellRows{});
 }
 
+/// Does `weigh` clamp? Not for a tile's worker, which has no room for more code: there, CorrectRows clamps.
+template <std::uint32_t Size>
+inline constexpr bool clamps_in_loops = Size > 16;
 /// Blends the splats that `list` names, 1 to batch_of<Size> numbers in the chunk, into those columns of a cell that have a bit in `columns`, and
 /// perhaps into columns beside them. `special`: the bits of Special that splats of the list may have. Returns 1 if a pixel of these columns goes
 /// on. One number more is read.
@@ -335,8 +338,8 @@ struct BlendCell {
             start<Rule, N>(batch, c, list, n, xs, y);
             if (special == 0) {
                 going |= weigh<Stop, true, false, N>(batch, cell, c, list, n, column, rules);
-            } else if (recurs(special)) {
-                going |= weigh<Stop, true, true, N>(batch, cell, c, list, n, column, rules);
+            } else if (clamps_in_loops<Size> && recurs(special)) {
+                going |= weigh<Stop, true, clamps_in_loops<Size>, N>(batch, cell, c, list, n, column, rules);
             } else {
                 Set::template call<CorrectRows<Rule>>(batch, c, list, n, at, at.column + column, xs, rules.alpha_max);
                 going |= weigh<Stop, false, false, N>(batch, cell, c, list, n, column, rules);

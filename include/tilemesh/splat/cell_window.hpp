@@ -67,7 +67,8 @@ void blend_listed(Set const& set, Memory const& m, AnyCell& cell, std::uint32_t 
         if (part > n - done) part = n - done;
         auto const* const list = m.list + done;
         bool const wide = blends_wide<Memory::size> && set.lanes() == wide_lanes;
-        std::uint32_t const some = recurs(special) ? special : special_in(m.chunk, list, part);
+        bool const all_recur = special == 0 || (clamps_in_loops<Memory::size> && recurs(special));
+        std::uint32_t const some = all_recur ? special : special_in(m.chunk, list, part);
         if (!wide || !recurs(some))
             cell.going = blend_as_asked<BlendCell, Rule, Stop>(set, rules, cell.state, m.chunk, list, part, cell.at, cell.columns, some);
         else if constexpr (blends_wide<Memory::size>)
