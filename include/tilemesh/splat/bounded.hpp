@@ -253,7 +253,7 @@ private:
 
 /// Blends the picture of `precise` and its bound into those blocks of a tile that are a worker's (blend_tile_in_blocks), `most_open` at a time. A
 /// block looks whether it is done after 64 splats of its own, so its pairs depend neither on `Size` nor on `most_open`.
-template <class Stop, std::uint32_t Size, std::uint32_t most_open, class SplatAt, class Pixel>
+template <class Stop, std::uint32_t N, std::uint32_t Size, std::uint32_t most_open, class SplatAt, class Pixel>
 void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& rules, std::uint32_t n, SplatAt const& at, Pixel* pixels,
                      std::uint32_t stride_px, Worker worker, PairCount* counts, std::uint32_t workers) noexcept
 {
@@ -264,10 +264,10 @@ void blend_and_bound(PixelRect const& tile, Camera const& camera, Rules const& r
         bool done;
     };
     if (tile.empty()) return;
-    SetOf<lanes_in_use> const set{};
+    SetOf<N> const set{};
     Open group[most_open];
     BoundedChunk<Size> chunk;
-    std::uint32_t hits[Size + SetOf<lanes_in_use>::most_lanes];
+    std::uint32_t hits[Size + SetOf<N>::most_lanes];
     std::uint32_t const left = tile.x0 / block_width * block_width, across = (tile.x1 - left + block_width - 1) / block_width;
     std::uint32_t const top = tile.y0 / block_height * block_height, blocks = across * ((tile.y1 - top + block_height - 1) / block_height);
     for (std::uint32_t next = worker.index; next < blocks;) {
@@ -332,25 +332,25 @@ struct BlendBounded {
                           Worker worker) noexcept
     {
         PairCount pairs{};
-        by_stop<16, 1>(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1u);
+        by_stop<detail::native_lanes, 16, 1>(tile, frame, n, at, pixels, stride_px, worker, &pairs, 1u);
         return pairs;
     }
     template <class Frame, class SplatAt, class Pixel>
     static void whole(PixelRect const& tile, Frame const& frame, std::uint32_t n, SplatAt const& at, Pixel* pixels, std::uint32_t stride_px,
                       PairCount* counts, std::uint32_t workers) noexcept
     {
-        by_stop<128, 8>(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
+        by_stop<detail::lanes_in_use, 128, 8>(tile, frame, n, at, pixels, stride_px, Worker{0, 1}, counts, workers);
     }
 
 private:
-    template <std::uint32_t Size, std::uint32_t Open, class Frame, class... Arguments>
+    template <std::uint32_t Lanes, std::uint32_t Size, std::uint32_t Open, class Frame, class... Arguments>
     static void by_stop(PixelRect const& tile, Frame const& frame, Arguments const&... rest) noexcept
     {
         auto const& view = frame.view;
         if (view.rules.stop == Stop::before_crossing)
-            detail::blend_and_bound<detail::StopBeforeCrossing, Size, Open>(tile, view.camera, view.rules, rest...);
+            detail::blend_and_bound<detail::StopBeforeCrossing, Lanes, Size, Open>(tile, view.camera, view.rules, rest...);
         else
-            detail::blend_and_bound<detail::StopEachPixel, Size, Open>(tile, view.camera, view.rules, rest...);
+            detail::blend_and_bound<detail::StopEachPixel, Lanes, Size, Open>(tile, view.camera, view.rules, rest...);
     }
 };
 
