@@ -1326,7 +1326,7 @@ char const* tilemesh_handle::cameras([[maybe_unused]] char const* path)
     if (path == nullptr) throw Error("no cameras (the path is null); name a file, or a folder of COLMAP");
     Json json = {{"notes", Json::array()}, {"cameras", Json::array()}};
     std::vector<std::string> notes;
-    for (auto const& each : scene::load_cameras(std::filesystem::path(path), &notes)) {
+    for (auto const& each : scene::load_cameras(std::filesystem::path(path), &notes, scene::DistortedLens::refused)) {
         auto numbers = numbers_of(each.camera, {});
         for (int axis = 0; axis < 3 && each.position; ++axis) numbers[static_cast<std::size_t>(9 + axis)] = (*each.position)[axis];
         json["cameras"].push_back({{"name", scene::label(each)}, {"width", each.camera.width}, {"height", each.camera.height}, {"camera", numbers}});

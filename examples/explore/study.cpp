@@ -274,6 +274,7 @@ private:
     /// How a map is read, and which camera shows it: the rows of render_map's options.
     struct View : shared::MapInput, shared::CameraInput {
         std::string words; ///< what was set, but for the cameras
+        View() { bends = true; }
     };
     static constexpr std::pair<char const*, char const*> no_keys[] = {{"list", "render_map --list prints names"},
                                                                       {"size", "all maps of a study have its size"},

@@ -302,6 +302,7 @@ OptionTable table_of(Options& o)
 Options parse_options(std::span<char const* const> words)
 {
     Options result;
+    result.bends = true;
     auto table = table_of(result);
     if (!table.read(words)) return result;
     for (auto const& path : table.inputs()) result.inputs.emplace_back(path);

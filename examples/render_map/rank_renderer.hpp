@@ -37,7 +37,7 @@ template <std::uint32_t Degree, class Pixel>
 std::unique_ptr<tilemesh::render::Core> make_homes_on_ranks(tilemesh::scene::Map map, tilemesh::render::Setup const& choice,
                                                  tilemesh::RendererOptions const& options, MPI_Comm comm)
 {
-    using Policies = tilemesh::splat::homes::ValuePolicies<Degree, Pixel>;
+    using Policies = tilemesh::splat::homes::LensPolicies<Degree, Pixel>;
     tilemesh::MpiMeshOptions engine;
     engine.comm = comm;
     return std::make_unique<tilemesh::render::HomesRenderer<Policies, tilemesh::MpiMesh>>(std::move(map), choice, options, std::move(engine));

@@ -46,6 +46,10 @@ std::vector<Shot> still_shots(Options const& options, MapShape const& map, std::
             notes.push_back(std::to_string(kept) + " of " + std::to_string(all) + " cameras: one in " + std::to_string(*options.every) +
                             " of the sorted names, from the first (--every)");
     }
+    for (auto const& each : chosen)
+        if ((options.certify || options.bound) && each.camera.lens.kind != tilemesh::splat::LensKind::pinhole)
+            throw tilemesh::Error(std::string(options.certify ? "--certify" : "--bound") + " and the lens of camera " + scene::label(each) +
+                                  " (nobody encloses the projection of a lens that bends the picture); leave that out, or name a pinhole camera");
     for (auto& each : chosen) {
         auto const camera = options.size ? scene::resized(each.camera, options.size->width, options.size->height)
                                          : scene::stretched(each.camera, scene::reduced({each.camera.width, each.camera.height}, options.scale));

@@ -50,9 +50,11 @@ struct CameraInput {
     std::uint32_t scale = 1;         ///< divides the sides of the camera file's pictures
     std::optional<float> near_depth; ///< of all cameras
     bool ignores_distortion = false;
+    bool bends = false; ///< the program renders through any lens; otherwise a lens that bends is refused
     tilemesh::scene::DistortedLens lens() const
     {
-        return ignores_distortion ? tilemesh::scene::DistortedLens::ignored : tilemesh::scene::DistortedLens::refused;
+        using tilemesh::scene::DistortedLens;
+        return ignores_distortion ? DistortedLens::ignored : bends ? DistortedLens::kept : DistortedLens::refused;
     }
 };
 

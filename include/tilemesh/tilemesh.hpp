@@ -107,6 +107,7 @@
 #include <tilemesh/splat/bounded.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
+#include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup.hpp>
 #include <tilemesh/splat/setup_types.hpp>

@@ -14,6 +14,7 @@
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/machine/types.hpp>
 #include <tilemesh/splat/access.hpp>
+#include <tilemesh/splat/bend.hpp>
 #include <tilemesh/splat/blending.hpp>
 #include <tilemesh/splat/blending_block.hpp>
 #include <tilemesh/splat/blending_hits.hpp>
@@ -51,6 +52,8 @@
 #include <tilemesh/splat/homes/tell.hpp>
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/lanes.hpp>
+#include <tilemesh/splat/lens.hpp>
+#include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/logarithm.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/map/cast.hpp>
@@ -162,6 +165,9 @@ struct Screen : splat::Lossless {
 using Shaded = splat::Fitted<splat::Lossless, 3>;
 using Still = splat::Fitted<splat::Lossless, 0, false>;
 using Alone = splat::Fitted<splat::Lossless, 1, false, false>;
+struct Bent : splat::Lossless { // through any lens
+    using Parameters = splat::LensParameters;
+};
 using Planes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
 /// The program of homes on the paper's grid at 1280 x 720: splats held, in a channel end, no beam, in a FIFO; pixels; then homes, blocks and
@@ -174,6 +180,9 @@ struct Homes {
 struct DistrictHomes : Homes { // a table of 10 x 9 districts
     using Values = splat::homes::DistrictPolicies<2>;
     static constexpr splat::Sizes sizes{2000, 120, 0, 120, 640, true, false, 900, 8, 10, 90};
+};
+struct BentHomes : Homes {
+    using Values = splat::homes::LensPolicies<>;
 };
 struct ShadedHomes : Homes { // degree 2, with planes
     using Values = splat::homes::ValuePolicies<2, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
@@ -215,8 +224,11 @@ ALL_KERNELS(prototype, splat::Prototype)
 ALL_KERNELS(screen, Screen)
 ALL_KERNELS(planes, Planes)
 ALL_KERNELS(shaded, Shaded)
+KERNEL(bent, project, Bent, Project)
+KERNEL(bent, route, Bent, Route)
 ALL_HOMES_KERNELS(homes, Homes)
 ALL_HOMES_KERNELS(shaded_homes, ShadedHomes)
+HOMES_KERNEL(bent_homes, project, BentHomes, Project)
 HOMES_KERNEL(district_homes, tell, DistrictHomes, Tell)
 HOMES_KERNEL(district_homes, offer, DistrictHomes, Offer)
 HOMES_KERNEL(district_homes, deliver, DistrictHomes, Deliver)

@@ -79,8 +79,10 @@ struct Input {
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
     {
         std::istringstream stream(first), images(images_txt);
-        if (is_binary) return scene::read_colmap_binary(stream, images);
-        return is_colmap ? scene::read_colmap(stream, images) : scene::read_cameras_json(stream, "file", &notes);
+        constexpr auto refused = scene::DistortedLens::refused;
+        if (is_binary) return scene::read_colmap_binary(stream, images, "cameras.bin", "images.bin", refused);
+        return is_colmap ? scene::read_colmap(stream, images, "cameras.txt", "images.txt", refused)
+                         : scene::read_cameras_json(stream, "file", &notes, refused);
     }
 
     bool is_colmap, is_binary, is_json = true;

@@ -125,7 +125,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     all.machine.ledger.push_back({{"sort keys", 9}, "state", 38408, false});
     auto& f = all.frames[0];
     f.timestamp_s = 0.5;
-    f.view.emplace();
+    f.view.emplace().lens.kind = tilemesh::splat::LensKind::fov;
     f.depth = "frame_0000.depth.pfm";
     f.alpha = "frame_0000.alpha.pfm";
     f.modelled = {"mk2", 123456, 0.25};
@@ -147,7 +147,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     bare.setup = all.setup;
     CHECK(validator.errors(report::json_of(bare)) == std::vector<std::string>{});
 
-    std::set<std::string> const optional = {"image",      "depth",      "alpha", "timestamp_s",     "intrinsics_px", "world_to_camera", "modelled",
+    std::set<std::string> const optional = {"image",      "depth",      "alpha", "timestamp_s",     "intrinsics_px", "world_to_camera", "modelled", "lens", "lens_coefficients",
                                             "full_tiles", "unfinished", "error", "error_same_cuts", "photograph",    "compared",
                                             "certified",  "compared_certified"};
     for (auto const& [change, spoiled] : json_schema::spoiled(json)) {
@@ -313,6 +313,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
     f.report.host_ms.total = 0.1;
     f.timestamp_s = 1305031102.175304;
     f.view.emplace(tilemesh::splat::Camera{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}, {1, 2, 4}, 50, 60, 32, 24, 0.2f, 64, 48});
+    f.view->lens = {tilemesh::splat::LensKind::opencv, {0.5f, -0.25f, 1, 2, 3, 4}, {0.125f, -8}, 0, 0};
     f.modelled = {"my machine", 7, 0.1};
     f.report.full_tiles = {2, 17, 3105, 2000};
     f.report.program = report::Program::homes;
@@ -320,6 +321,8 @@ TEST_CASE("a frame of report.json is read back as it was written")
     for (std::uint32_t cause = 0; cause < report::causes; ++cause)
         f.report.lost.push_back({tilemesh::splat::GaussianId{cause}, cause, report::Cause{cause}});
     CHECK(same(f));
+    CHECK(json_of(f)["lens"] == "opencv");
+    CHECK(json_of(f)["lens_coefficients"].dump() == "[0.5,-0.25,1.0,2.0,3.0,4.0,0.125,-8.0]");
     CHECK(json_of(f)["world_to_camera"].dump() == "[[0.0,1.0,0.0,-2.0],[-1.0,0.0,0.0,1.0],[0.0,0.0,1.0,-4.0],[0.0,0.0,0.0,1.0]]"); // -R c
     CHECK(report::frame_of(json_of(f)).report.program == report::Program::homes);
     CHECK(report::frame_of(json_of(f)).report.unfinished == f.report.unfinished);
@@ -341,7 +344,7 @@ TEST_CASE("a frame of report.json is read back as it was written")
         auto lacks = json_of(f);
         lacks.erase(key);
         if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts" || key == "timestamp_s" ||
-            key == "modelled" || key == "full_tiles" || key == "unfinished" || key == "photograph" || key == "compared")
+            key == "lens" || key == "modelled" || key == "full_tiles" || key == "unfinished" || key == "photograph" || key == "compared")
             CHECK_NOTHROW(report::frame_of(lacks));
         else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
         auto other = json_of(f);

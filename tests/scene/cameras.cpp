@@ -40,7 +40,7 @@ std::string file_of(std::vector<json> const& cameras)
 std::vector<scene::NamedCamera> load(std::vector<json> const& cameras)
 {
     TempFile const file(file_of(cameras), ".json");
-    return scene::load_cameras(file.path());
+    return scene::load_cameras(file.path(), nullptr, scene::DistortedLens::refused);
 }
 
 json training(std::string const& name, int id)
@@ -77,7 +77,7 @@ std::string refusal(Change change)
 std::string refused_text(std::string const& text)
 {
     TempFile const file(text, ".json");
-    return error_of([&] { scene::load_cameras(file.path()); });
+    return error_of([&] { scene::load_cameras(file.path(), nullptr, scene::DistortedLens::refused); });
 }
 
 } // namespace
@@ -182,6 +182,45 @@ TEST_CASE("a lens with distortion is refused with what to run; coefficients of 0
     CHECK(has(refused_text(R"({"cameras": [], "k2": 0.1})"), "distortion (its \"k2\" is not 0;"));
     CHECK(refused_text(R"({"k2": 0.1, "cameras": [], "k2": 0})").empty()); // the last counts
     CHECK(has(refused_text(R"([{"img_name": "a", "p1": 1}])"), "camera a has a lens with distortion"));
+}
+
+TEST_CASE("a lens is read: coefficients, lists in OpenCV's order, fisheyes, and what there is not")
+{
+    using splat::LensKind;
+    auto const kept = [](json const& change) {
+        auto camera = entry("desk", "left");
+        camera.update(change);
+        TempFile const file(file_of({camera}), ".json");
+        return scene::load_cameras(file.path()).at(0).camera.lens;
+    };
+    auto const fault = [&](json const& change) { return error_of([&] { kept(change); }); };
+    CHECK(kept(json::object()).kind == LensKind::pinhole);
+    CHECK(kept({{"k1", 0}, {"distortion", {0, 0, 0}}, {"camera_model", "OPENCV"}}).kind == LensKind::pinhole);
+    auto const plain = kept({{"k1", 0.25}, {"k2", -0.125}, {"k3", 0.5}, {"p1", 0.0625}, {"p2", -0.03125}});
+    CHECK(plain.kind == LensKind::opencv);
+    CHECK(std::vector(std::begin(plain.k), std::end(plain.k)) == std::vector{0.25f, -0.125f, 0.5f, 0.0f, 0.0f, 0.0f});
+    CHECK(std::vector(std::begin(plain.p), std::end(plain.p)) == std::vector{0.0625f, -0.03125f});
+    auto const listed = kept({{"distortion_coefficients", {0.25, -0.125, 0.0625, -0.03125, 0.5, 0.1, 0.01, 0.001}}});
+    CHECK(std::vector(std::begin(listed.k), std::end(listed.k)) == std::vector{0.25f, -0.125f, 0.5f, 0.1f, 0.01f, 0.001f});
+    CHECK(std::vector(std::begin(listed.p), std::end(listed.p)) == std::vector{0.0625f, -0.03125f});
+    auto const fisheye = kept({{"camera_model", "OPENCV_FISHEYE"}, {"distortion", {0.01, 0.02, 0.03, 0.04}}});
+    CHECK(fisheye.kind == LensKind::fisheye);
+    CHECK(fisheye.k[3] == 0.04f);
+    CHECK(kept({{"camera_model", "fisheye"}}).kind == LensKind::fisheye);
+    CHECK(kept({{"camera_model", "FOV"}, {"k1", 0.9}}).k[0] == 0.9f);
+    CHECK(kept({{"camera_model", "FULL_OPENCV"}, {"k4", 0.1}}).k[3] == 0.1f);
+    CHECK(has(fault({{"k4", 0.1}}), "is not usable (the k4 of a perspective means two things;"));
+    CHECK(has(fault({{"k1", true}}), "in a form that is not read"));
+    CHECK(has(fault({{"k1", {0.1}}}), "in a form that is not read"));
+    CHECK(has(fault({{"distortion", {{"radial", {0, 1}}}}}), "in a form that is not read"));
+    CHECK(has(fault({{"camera_model", "THIN_PRISM_FISHEYE"}}), "no lens here is its camera model thin_prism_fisheye"));
+    CHECK(has(fault({{"k1", 0.1}, {"distortion", {0.1}}}), "not 0 in both"));
+    CHECK(has(fault({{"camera_model", "fisheye"}, {"p1", 0.1}}), "coefficients that a fisheye has not"));
+    CHECK(has(fault({{"distortion", {1, 2, 3, 4, 5, 6, 7, 8, 9}}}), "has 9 numbers, and 8 are read"));
+    CHECK(has(fault({{"k1", -3}}), "its lens folds within the picture, at 0.333333 focal lengths"));
+    CHECK(has(fault({{"k1", 1e9}}), "a coefficient of its lens is not a number within 1e6"));
+    TempFile const beside(R"({"k2": 0.1, "cameras": []})", ".json");
+    CHECK(has(error_of([&] { scene::load_cameras(beside.path()); }), "beside its list of cameras (its \"k2\")"));
 }
 
 TEST_CASE("keys that are not read are named, each with the number of cameras that have it")

@@ -21,7 +21,7 @@ std::string const lenses = "# Camera list\n"
 std::vector<scene::NamedCamera> read(std::string const& cameras, std::string const& images)
 {
     std::istringstream cameras_txt(cameras), images_txt(images);
-    return scene::read_colmap(cameras_txt, images_txt, "c.txt", "i.txt");
+    return scene::read_colmap(cameras_txt, images_txt, "c.txt", "i.txt", scene::DistortedLens::refused);
 }
 std::string refusal(std::string const& cameras, std::string const& images)
 {
@@ -191,6 +191,34 @@ std::string parameters(Model const& model, std::uint32_t bent)
 
 } // namespace
 
+TEST_CASE("every model of COLMAP but the thin prisms is a lens")
+{
+    using splat::LensKind;
+    auto const kept = [](std::string const& text) {
+        std::istringstream cameras_txt("1 " + text + "\n"), images_txt("1 1 0 0 0 0 0 0 1 a\n");
+        return scene::read_colmap(cameras_txt, images_txt).at(0).camera.lens;
+    };
+    auto const is = [&](std::string const& text, LensKind kind, std::array<float, 8> const& expected) {
+        auto const lens = kept(text);
+        bool same = lens.kind == kind;
+        for (std::size_t i = 0; i < 8; ++i) same = same && (i < 6 ? lens.k[i] : lens.p[i - 6]) == expected[i];
+        return same;
+    };
+    CHECK(is("PINHOLE 640 480 500 510 320 240", LensKind::pinhole, {}));
+    CHECK(is("SIMPLE_RADIAL 640 480 500 320 240 0.25", LensKind::opencv, {0.25f}));
+    CHECK(is("RADIAL 640 480 500 320 240 0.25 -0.125", LensKind::opencv, {0.25f, -0.125f}));
+    CHECK(is("OPENCV 640 480 500 510 320 240 0.25 -0.125 0.5 0.75", LensKind::opencv, {0.25f, -0.125f, 0, 0, 0, 0, 0.5f, 0.75f}));
+    CHECK(is("FULL_OPENCV 640 480 500 510 320 240 0.25 -0.125 0.0625 0.03125 0.5 0.125 0.25 0.375", LensKind::opencv,
+             {0.25f, -0.125f, 0.5f, 0.125f, 0.25f, 0.375f, 0.0625f, 0.03125f}));
+    CHECK(is("OPENCV_FISHEYE 640 480 500 510 320 240 0.25 0.125 0.0625 0.5", LensKind::fisheye, {0.25f, 0.125f, 0.0625f, 0.5f}));
+    CHECK(is("SIMPLE_RADIAL_FISHEYE 640 480 500 320 240 0.25", LensKind::fisheye, {0.25f}));
+    CHECK(is("RADIAL_FISHEYE 640 480 500 320 240 0 0", LensKind::fisheye, {}));
+    CHECK(is("FOV 640 480 500 510 320 240 0.875", LensKind::fov, {0.875f}));
+    CHECK(is("FOV 640 480 500 510 320 240 0", LensKind::pinhole, {}));
+    CHECK(has(error_of([&] { kept("THIN_PRISM_FISHEYE 640 480 500 510 320 240 0 0 0 0 0 0 0 0.1"); }), "THIN_PRISM_FISHEYE"));
+    CHECK(has(error_of([&] { kept("RAD_TAN_THIN_PRISM_FISHEYE 640 480 500 510 320 240 0 0 0 0 0 0 0 0 0 0 0 1"); }), "RAD_TAN_THIN_PRISM_FISHEYE"));
+}
+
 TEST_CASE("a lens whose coefficients are all 0 is a pinhole; another is refused by name, or ignored and counted")
 {
     std::string const image = "1 1 0 0 0 0 0 0 9 a\n\n2 1 0 0 0 0 0 0 1 b\n\n3 1 0 0 0 0 0 0 9 c\n";
@@ -302,7 +330,7 @@ TEST_CASE("a model is named by its folder or by one of its files")
     // The content counts, not the name.
     TempFolder const other;
     CHECK(scene::load_cameras(other.write("images.txt", " \n[]")).empty());
-    CHECK(has(error_of([&] { scene::load_cameras(other.write("cameras.txt", "1 FOV 9 9 9 9 4 4 1")); }), "distortion (FOV"));
+    CHECK(has(error_of([&] { scene::load_cameras(other.write("cameras.txt", "1 FOV 9 9 9 9 4 4 1"), nullptr, scene::DistortedLens::refused); }), "distortion (FOV"));
     CHECK(has(error_of([&] { scene::load_cameras(other.write("points.txt", "1 2 3")); }), "points.txt is not"));
 
     std::filesystem::remove(folder.path() / "images.txt");
@@ -349,7 +377,7 @@ public:
 std::vector<scene::NamedCamera> read_binary(std::string const& cameras, std::string const& images)
 {
     std::istringstream cameras_bin(cameras), images_bin(images);
-    return scene::read_colmap_binary(cameras_bin, images_bin, "c.bin", "i.bin");
+    return scene::read_colmap_binary(cameras_bin, images_bin, "c.bin", "i.bin", scene::DistortedLens::refused);
 }
 std::string binary_refusal(std::string const& cameras, std::string const& images)
 {

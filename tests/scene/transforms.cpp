@@ -149,6 +149,25 @@ TEST_CASE("coefficients of 0 are a pinhole; others, and fisheyes, are refused or
     CHECK_FALSE(refusal(file_of({straight, frame("b")}, all)).empty());
 }
 
+TEST_CASE("the lens of a frame is that of the file but for the frame's own keys")
+{
+    auto all = lens;
+    all["camera_model"] = "OPENCV", all["k1"] = 0.125, all["p1"] = 0.0625;
+    auto own = frame("b"), round = frame("c");
+    own["k1"] = -0.0625;
+    round["camera_model"] = "OPENCV_FISHEYE", round["p1"] = 0;
+    auto const cameras = read(file_of({frame("a"), own, round}, all).dump(), nullptr, scene::DistortedLens::kept);
+    REQUIRE(cameras.size() == 3);
+    CHECK(cameras[0].camera.lens.kind == splat::LensKind::opencv);
+    CHECK(cameras[0].camera.lens.k[0] == 0.125f);
+    CHECK(cameras[1].camera.lens.k[0] == -0.0625f);
+    CHECK(cameras[1].camera.lens.p[0] == 0.0625f);
+    CHECK(cameras[2].camera.lens.kind == splat::LensKind::fisheye);
+    auto ngp = lens;
+    ngp["is_fisheye"] = true;
+    CHECK(read(file_of({frame("a")}, ngp).dump(), nullptr, scene::DistortedLens::kept).at(0).camera.lens.kind == splat::LensKind::fisheye);
+}
+
 TEST_CASE("the other forms ignore distortion on demand, too")
 {
     std::string const pose = R"("width":9,"height":9,"fx":9,"fy":9,"cx":4,"cy":4,"world_to_camera":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])";

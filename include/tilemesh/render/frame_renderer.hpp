@@ -285,7 +285,10 @@ template <class P, template <class, class> class Engine, class Machine>
 void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
     engine::Stopwatch const all;
-    auto const view = host_.view_of(camera, rules_, [&](splat::View const& v) { views_.require(v); });
+    auto const view = host_.view_of(camera, rules_, [&](splat::View const& v) {
+        if constexpr (!Parameters::bends) check_pinhole(v.camera);
+        views_.require(v);
+    });
     prepare_for(camera.width, camera.height, &view);
     engine::Stopwatch const preparing;
     host_.begin_frame();

@@ -14,7 +14,7 @@ struct TableParameters : Parameters {
     HostPointer<Key> keys; ///< of the splats; each home writes those of its records
     HostPointer<WindowNotice const> windows; ///< the table of one tile, for the homes of all. A null pointer: each home reads its own
     std::uint32_t district_shift; ///< as in Parameters, as a word of the run
-    static constexpr bool has_districts = true;
+    static constexpr bool has_districts = true, bends = true;
 };
 /// A row's parcel has 12 bytes on a host, because a frame of a large map has millions of hops. Its key is in a table.
 template <>

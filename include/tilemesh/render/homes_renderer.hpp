@@ -300,7 +300,10 @@ template <class P, template <class, class> class Engine, class Machine>
 void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera, RenderedFrame& result)
 {
     engine::Stopwatch const all;
-    auto const view = host_.view_of(camera, choice_.rules, [&](splat::View const& v) { views_.require(v); });
+    auto const view = host_.view_of(camera, choice_.rules, [&](splat::View const& v) {
+        if constexpr (!Parameters::bends) check_pinhole(v.camera);
+        views_.require(v);
+    });
     host_.begin_frame();
     build_for(camera.width, camera.height);
     bool const changed = !last_ || __builtin_memcmp(&*last_, &view, sizeof view) != 0;

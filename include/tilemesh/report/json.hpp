@@ -162,6 +162,10 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.view) {
             json.list("intrinsics_px", frame.view->intrinsics_px);
             json.member_as_is("world_to_camera", matrix_text(frame.view->world_to_camera, digits));
+            if (auto const& lens = frame.view->lens; lens.kind != splat::LensKind::pinhole) {
+                json.member("lens", splat::lens_names[static_cast<std::size_t>(lens.kind)]);
+                json.list("lens_coefficients", std::array{lens.k[0], lens.k[1], lens.k[2], lens.k[3], lens.k[4], lens.k[5], lens.p[0], lens.p[1]});
+            }
         }
         json.list("size_px", std::array{r.width, r.height});
         json.list("grid", frame.grid);

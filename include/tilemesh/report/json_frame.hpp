@@ -50,6 +50,16 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
             json.at("intrinsics_px").get_to(view.intrinsics_px);
             auto const rows = json.at("world_to_camera").get<std::array<std::array<double, 4>, 4>>();
             for (std::size_t i = 0; i < 16; ++i) view.world_to_camera[i] = rows[i / 4][i % 4];
+            if (json.contains("lens")) {
+                auto const& name = json.at("lens").get_ref<std::string const&>();
+                std::size_t kind = 0;
+                while (kind < std::size(splat::lens_names) && name != splat::lens_names[kind]) ++kind;
+                if (kind == std::size(splat::lens_names))
+                    throw Error("a frame of a report has the lens \"" + name + "\" (there are opencv, fisheye and fov); write the report again");
+                view.lens.kind = static_cast<splat::LensKind>(kind);
+                auto const coefficients = json.at("lens_coefficients").get<std::array<float, 8>>();
+                for (std::size_t i = 0; i < 8; ++i) (i < 6 ? view.lens.k[i] : view.lens.p[i - 6]) = coefficients[i];
+            }
         }
         frame.image = json.value("image", "");
         frame.depth = json.value("depth", "");

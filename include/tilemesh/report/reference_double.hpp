@@ -10,9 +10,10 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
+#include <tilemesh/splat/view.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -120,7 +121,15 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
             world_to_view[i][j] = camera.rotation[i][j];
             view[i] += world_to_view[i][j] * (double{gaussian.mean_world[j]} - camera.position[j]);
         }
-    double const z = view[2];
+    bool const bends = camera.lens.kind != splat::LensKind::pinhole;
+    splat::LensPoint<double> point{};
+    if (bends) {
+        auto bounded = camera;
+        splat::bound_lens(bounded);
+        point = splat::through_lens<double>(bounded, {view[0], view[1], view[2]});
+        if (!point.seen) return std::nullopt;
+    }
+    double const z = bends ? point.depth : view[2];
     if (!(z > (rules.near_plane == splat::NearPlane::fixed ? 0.2f : camera.near_depth))) return std::nullopt;
 
     // Covariance in world space: R S S^T R^T.
@@ -142,9 +151,11 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
         slope_x = std::max(-limit_x, std::min(limit_x, slope_x));
         slope_y = std::max(-limit_y, std::min(limit_y, slope_y));
     }
-    Matrix3 const jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z},
-                            {0.0, camera.fy / z, -camera.fy * slope_y / z},
-                            {0.0, 0.0, 0.0}}};
+    Matrix3 jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z},
+                      {0.0, camera.fy / z, -camera.fy * slope_y / z},
+                      {0.0, 0.0, 0.0}}};
+    for (std::size_t i = 0; bends && i < 2; ++i)
+        for (std::size_t j = 0; j < 3; ++j) jacobian[i][j] = point.by[i][j];
     auto const to_screen = jacobian * world_to_view;
     auto const covariance = to_screen * sigma * transpose(to_screen);
     double const xx = covariance[0][0] + rules.dilation;
@@ -157,8 +168,8 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     ReferenceSplat splat{};
     splat.depth = z;
     splat.id = gaussian.id;
-    splat.mean_x = camera.fx * view[0] / z + camera.cx;
-    splat.mean_y = camera.fy * view[1] / z + camera.cy;
+    splat.mean_x = (bends ? point.at[0] : camera.fx * view[0] / z) + camera.cx;
+    splat.mean_y = (bends ? point.at[1] : camera.fy * view[1] / z) + camera.cy;
     splat.conic_xx = yy / determinant;
     splat.conic_xy = -xy / determinant;
     splat.conic_yy = xx / determinant;

@@ -119,7 +119,7 @@ inline std::filesystem::path found_cameras(std::filesystem::path const& path)
 /// Cost: one pass over the text, and n log n in the number of cameras. It builds no JSON document. Memory: 64 KiB, and at most 24 bytes per
 /// byte of the text.
 inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::string const& name, std::vector<std::string>* notes = nullptr,
-                                                  DistortedLens distorted = DistortedLens::refused,
+                                                  DistortedLens distorted = DistortedLens::kept,
                                                   PictureSizeOf const& size_of = {})
 {
     return detail::CameraJson(stream, name, distorted, size_of).read(notes);
@@ -139,7 +139,7 @@ inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::str
 ///
 /// With `DistortedLens::ignored`, a lens with distortion is no error: it is taken for a pinhole, and a note counts such cameras.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr,
-                                             DistortedLens distorted = DistortedLens::refused, std::optional<Size> size = {},
+                                             DistortedLens distorted = DistortedLens::kept, std::optional<Size> size = {},
                                              std::vector<std::filesystem::path>* pictures = nullptr)
 {
     std::error_code ignored;

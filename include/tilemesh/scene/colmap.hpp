@@ -140,7 +140,7 @@ private:
 TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt,
                                                    std::string const& cameras_name = "cameras.txt",
                                                    std::string const& images_name = "images.txt",
-                                                   DistortedLens distorted = DistortedLens::refused,
+                                                   DistortedLens distorted = DistortedLens::kept,
                                                    std::vector<std::string>* notes = nullptr);
 
 /// Reads the binary model of COLMAP (little endian), as `read_colmap` reads the text model:
@@ -153,7 +153,7 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, st
 TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_bin, std::istream& images_bin,
                                                           std::string const& cameras_name = "cameras.bin",
                                                           std::string const& images_name = "images.bin",
-                                                          DistortedLens distorted = DistortedLens::refused,
+                                                          DistortedLens distorted = DistortedLens::kept,
                                                           std::vector<std::string>* notes = nullptr);
 
 /// Is this path a COLMAP model: a directory, or a file with the name of one of a model's files?
@@ -171,7 +171,7 @@ TILEMESH_HOST ColmapFiles colmap_files(std::filesystem::path const& path);
 /// any length, because their 2-D points are long. `notes`, which may be null, gets a line if the folder has both forms, and if
 /// its name is a number and models with other numbers lie beside it.
 TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path,
-                                                   DistortedLens distorted = DistortedLens::refused,
+                                                   DistortedLens distorted = DistortedLens::kept,
                                                    std::vector<std::string>* notes = nullptr);
 
 }}} // namespace tilemesh::scene

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
@@ -38,13 +39,29 @@ TILEMESH_HOST std::vector<NamedCamera> relative_to_origin(std::vector<NamedCamer
 inline constexpr float default_near = 0.2f;
 
 /// What a reader does with a camera whose lens bends the picture: it throws `Error`, or it takes the lens for a pinhole of the same focal
-/// lengths and notes how many cameras it did that to.
-enum class DistortedLens { refused, ignored };
+/// lengths and notes how many cameras it did that to, or the camera has the lens (splat/lens.hpp). A lens that there is not (thin prisms)
+/// is refused in any case but `ignored`.
+enum class DistortedLens { refused, ignored, kept };
 
 /// The name by which a camera is shown and selected: "SCENE/NAME", or NAME if there is no scene.
 TILEMESH_HOST std::string label(NamedCamera const& camera);
 
 namespace detail {
+
+/// What a camera file says about its lens: k1 to k6, p1, p2, a list in OpenCV's order (k1 k2 p1 p2 k3 k4 k5 k6; a fisheye's k1 k2 k3 k4), and the
+/// camera model in lower case.
+struct LensValues {
+    std::array<double, 8> coefficients{};
+    std::vector<double> list{};
+    std::string model{};
+    bool fisheye = false;    ///< a word of its own says so
+    std::uint32_t given = 0; ///< bit i: the file has distortion key i (distortion_keys)
+    std::uint32_t odd = 0;   ///< bit i: it bends the picture in a form that is not read, as true for k1
+};
+/// The lens of these values. If there is none, `fault` says why.
+TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& fault);
+/// The values of `own`, and where it has none those of `common`.
+TILEMESH_HOST LensValues merged(LensValues own, LensValues const& common);
 
 /// What to say about a camera model that no undistortion makes a pinhole: "has an orthographic camera (...); ..."; empty for any other model.
 TILEMESH_HOST std::string fault_of_projection(std::string const& model);

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <cstddef>
 #include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/lens_point.hpp>
+#include <tilemesh/splat/view.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
@@ -26,6 +27,8 @@ float near_for(AnyMap const& map, splat::Camera const& camera)
     auto const& gaussians = map.gaussians;
     std::size_t const step = gaussians.size() / detail::near_plane_sample + 1;
     std::vector<float> depths;
+    auto bounded = camera;
+    splat::bound_lens(bounded);
     for (std::size_t row = 0; row < gaussians.size(); row += step) {
         double view[3];
         for (int i = 0; i < 3; ++i) {
@@ -33,8 +36,9 @@ float near_for(AnyMap const& map, splat::Camera const& camera)
             for (int j = 0; j < 3; ++j)
                 view[i] += double{camera.rotation[i][j]} * (double{gaussians[row].mean_world[j]} - double{camera.position[j]});
         }
-        double const x = camera.fx * view[0] / view[2] + camera.cx, y = camera.fy * view[1] / view[2] + camera.cy;
-        if (view[2] > 0 && x >= 0 && x < camera.width && y >= 0 && y < camera.height) depths.push_back(static_cast<float>(view[2]));
+        auto const seen = splat::through_lens<double>(bounded, view);
+        double const x = seen.at[0] + camera.cx, y = seen.at[1] + camera.cy;
+        if (seen.seen && x >= 0 && x < camera.width && y >= 0 && y < camera.height) depths.push_back(static_cast<float>(seen.depth));
     }
     return detail::near_of_depths(std::move(depths));
 }

@@ -18,12 +18,13 @@ struct Size {
     std::uint32_t width, height;
 };
 
-/// The lens of a pinhole camera in double precision. fx, fy, cx, cy are in pixels (OpenCV: pixel (0, 0) has its centre at (0.5, 0.5));
-/// `near_depth` is in world units.
+/// The lens of a camera, its focal lengths and its centre in double precision. fx, fy, cx, cy are in pixels (OpenCV: pixel (0, 0) has its centre
+/// at (0.5, 0.5)); `near_depth` is in world units.
 struct Intrinsics {
     double fx, fy, cx, cy;
     float near_depth;
     std::uint32_t width, height;
+    splat::Lens bend{};
 };
 
 /// The position and orientation of a camera, in double precision. A world point p has the camera coordinates `rotation * (p - position)`
@@ -66,12 +67,16 @@ TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation);
 
 /// Says why no camera with this pose and lens can be rendered; empty if it can be rendered. Requires sides from 1 to 65535.
 TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens);
+TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens);
 } // namespace detail
 
 /// Throws `Error` for a camera that no frame can be rendered with: a number that is not finite, a rotation that is mirrored or not
 /// orthonormal within 1e-3, a focal length below a thousandth of the picture's side or above 2^24 pixels, a centre more than 2^24 pixels
-/// away, a near plane that is not positive. Requires sides from 1 to 65535.
+/// away, a near plane that is not positive, a lens with a coefficient that is not finite or above 1e6, an omega outside (0, 3], and a lens that
+/// folds within the picture. Requires sides from 1 to 65535.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
+/// Throws `Error` for a camera whose lens bends the picture. `who`: what knows pinholes alone, as "a derivative".
+TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who);
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
 /// outside (0, 180) or a side outside 1..65535.

@@ -35,7 +35,7 @@ struct Access {
     template <class Record>
     static Splat project(Record const& record, Parameters const& frame) noexcept
     {
-        return splat::project(record, frame.view, frame.tiling);
+        return splat::project<OpticsOf<Parameters>>(record, frame.view, frame.tiling);
     }
     /// Is the entry of a stored record the same in every view?
     static constexpr bool entries_last = false;

@@ -38,7 +38,7 @@ struct Access<BoundParameters> : Access<FrameParameters> {
     static BoundedSplat project(Record const& g, BoundParameters const& frame) noexcept
     {
         auto const& view = frame.view;
-        Splat const s = splat::project(g, view, frame.tiling);
+        Splat const s = splat::project<Pinhole>(g, view, frame.tiling);
         BoundedSplat out(s);
         out.error = alpha_error(g, s, view, view.rules.arithmetic == Arithmetic::fast);
         for (int k = 0; k < 3; ++k) out.mean_world[k] = g.mean_world[k];

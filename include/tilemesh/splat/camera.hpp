@@ -1,24 +1,26 @@
 #pragma once
 #include <cstdint>
-#include <tilemesh/config.hpp>
+#include <tilemesh/splat/lens.hpp>
 #include <type_traits>
 
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
-/// A pinhole camera, as every tile holds it. Convention of OpenCV: x right, y down, z forward. Pixel (i, j) has its centre at (i + 0.5, j +
-/// 0.5). A mean is visible if and only if its depth is greater than `near_depth`.
+/// A camera, as every tile holds it; a pinhole unless it has a lens. Convention of OpenCV: x right, y down, z forward. Pixel (i, j) has its
+/// centre at (i + 0.5, j + 0.5). A mean is visible if and only if its depth is greater than `near_depth`.
 ///
 /// `rotation` holds the rows of the world-to-camera rotation. `position` is the camera centre c in world space, so a point p in view space
 /// is R (p - c). The other form, R p + t, is wrong by up to 62 pixels at coordinates of 1e6 (tests/stability/projection.cpp, row 30).
-/// Lengths are in world units; fx, fy, cx, cy, width and height are in pixels. Cost: 76 bytes a tile, sent by the host once a frame.
+/// Lengths are in world units; fx, fy, cx, cy, width and height are in pixels. Cost: 120 bytes a tile, 44 of them for the lens, sent by the
+/// host once a frame.
 struct Camera {
     float rotation[3][3];
     float position[3];
     float fx, fy, cx, cy;
     float near_depth;
     std::uint32_t width, height;
+    Lens lens{};
 };
-static_assert(sizeof(Camera) == 76 && std::is_trivially_copyable_v<Camera>, "a camera is plain words");
+static_assert(sizeof(Camera) == 76 + sizeof(Lens) && std::is_trivially_copyable_v<Camera>, "a camera is plain words");
 
 /// Are both cameras equal in every bit? Then the view is static.
 inline bool same_view(Camera const& a, Camera const& b) noexcept

@@ -78,10 +78,10 @@ bool shade(ShadedGaussian<Degree> const& g, View const& view, Splat& s) noexcept
 ///
 /// Cost in addition to the projection: a square root, a division, and 3 multiply-adds a coefficient. A record that is not visible costs
 /// nothing more.
-template <std::uint32_t Degree>
+template <class Optics = AnyLens, std::uint32_t Degree>
 Splat project(ShadedGaussian<Degree> const& g, View const& view, TileSize const& tile) noexcept
 {
-    Splat s = project(static_cast<Gaussian const&>(g), view, tile);
+    Splat s = project<Optics>(static_cast<Gaussian const&>(g), view, tile);
     if (!s.visible() || shade(g, view, s)) return s;
     return {};
 }

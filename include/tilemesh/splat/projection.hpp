@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <limits>
 #include <tilemesh/splat/depth_key.hpp>
+#include <tilemesh/splat/bend.hpp>
 #include <tilemesh/splat/exponential.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>
@@ -48,12 +49,6 @@ namespace detail {
 using Float3 = Vector3<OneFloat>;
 
 template <class A>
-TILEMESH_KERNEL typename A::Real dot(Vector3<A> const& a, Vector3<A> const& b) noexcept
-{
-    return A::multiply_add(a.x, b.x, A::multiply_add(a.y, b.y, a.z * b.z));
-}
-
-template <class A>
 TILEMESH_KERNEL Vector3<A> cross(Vector3<A> const& a, Vector3<A> const& b) noexcept
 {
     return {A::multiply_add(a.y, b.z, -(a.z * b.y)), A::multiply_add(a.z, b.x, -(a.x * b.z)), A::multiply_add(a.x, b.y, -(a.y * b.x))};
@@ -95,6 +90,21 @@ struct Factor {
                 entry(px_per_x, scale.z, jx, axis[2].z, axis[2].x)};
         row2 = {entry(px_per_y, scale.x, jy, axis[0].z, axis[0].y), entry(px_per_y, scale.y, jy, axis[1].z, axis[1].y),
                 entry(px_per_y, scale.z, jy, axis[2].z, axis[2].y)};
+        finish();
+    }
+    /// The same for a lens that bends.
+    TILEMESH_KERNEL void multiply(Vector3<A> const& scale, Bent<A> const& bent) noexcept
+    {
+        Vector3<A> const p{scale.x * dot(bent.across, axis[0]), scale.y * dot(bent.across, axis[1]), scale.z * dot(bent.across, axis[2])};
+        Vector3<A> const q{scale.x * dot(bent.down, axis[0]), scale.y * dot(bent.down, axis[1]), scale.z * dot(bent.down, axis[2])};
+        row1 = mixed(bent.mix[0], p, bent.mix[1], q);
+        row2 = mixed(bent.mix[2], p, bent.mix[3], q);
+        finish();
+    }
+
+private:
+    TILEMESH_KERNEL void finish() noexcept
+    {
         a = dot(row1, row1);
         c = dot(row2, row2);
         b = dot(row1, row2);
@@ -103,8 +113,10 @@ struct Factor {
         Vector3<A> const minor = cross(row1, row2);
         determinant = dot(minor, minor);
     }
-
-private:
+    TILEMESH_KERNEL static Vector3<A> mixed(Real const& m, Vector3<A> const& p, Real const& n, Vector3<A> const& q) noexcept
+    {
+        return {A::multiply_add(m, p.x, n * q.x), A::multiply_add(m, p.y, n * q.y), A::multiply_add(m, p.z, n * q.z)};
+    }
     TILEMESH_KERNEL static Real entry(Real const& px, Real const& scale, Real const& slope, Real const& depth,
                                       Real const& across) noexcept
     {
@@ -235,8 +247,9 @@ TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
 }
 
 /// The work of `project`, for one Gaussian or for lanes of them. `s` has a meaning where it is visible and not stiff. Lanes select between
-/// results; one float may return early instead, because nobody uses what it would have computed. `pose` has a meaning where `s` has one.
-template <class A, class Pose = NoPoseWords>
+/// results; one float may return early instead, because nobody uses what it would have computed. `pose` has a meaning where `s` has one,
+/// and the camera is a pinhole.
+template <class A, class Optics = AnyLens, class Pose = NoPoseWords>
 TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, TileSize const& tile,
                                          SplatWords<A>& s, [[maybe_unused]] Pose&& pose = {}) noexcept
 {
@@ -244,6 +257,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Camera const& c = view.camera;
     Rules const& m = view.rules;
     typename A::Mask stiff{};
+    bool const bends = Optics::bends && c.lens.kind != LensKind::pinhole;
 
     // The mean in view space. Subtract first, so that large coordinates cancel before the rotation.
     Vector3<A> const d{g.mean_world.x - c.position[0], g.mean_world.y - c.position[1], g.mean_world.z - c.position[2]};
@@ -252,7 +266,9 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Vector3<A> const w2{A::all(c.rotation[2][0]), A::all(c.rotation[2][1]), A::all(c.rotation[2][2])};
     Real const z = dot(w2, d);
     constexpr float huge = 1e37f; // a larger value was not finite; an infinite depth would be NaN in pixels that take no part
-    auto visible = A::every(z > A::all(c.near_depth), z < A::all(huge), g.opacity >= A::all(m.alpha_min));
+    // A fisheye sees behind z = 0; the lens says below what it sees.
+    Real const least_depth = A::all(bends && c.lens.kind == LensKind::fisheye ? -huge : c.near_depth);
+    auto visible = A::every(z > least_depth, z < A::all(huge), g.opacity >= A::all(m.alpha_min));
     if (!A::any(visible)) return nowhere(s);
     for (Real const& channel : g.colour) visible = A::every(visible, A::magnitude(channel) <= A::all(largest_colour));
     Real const finite = A::all(std::numeric_limits<float>::max()); // -infinity is a size of zero
@@ -260,7 +276,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     if constexpr (A::lanes == 1) {
         if (!visible) return nowhere(s);
     }
-    Real const slope_x = dot(w0, d) / z, slope_y = dot(w1, d) / z;
+    Vector3<A> const mean{dot(w0, d), dot(w1, d), z};
 
     // The Gaussian's axes: R from a quaternion of any length. A quaternion whose square leaves the range of floats is scaled first.
     Real qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
@@ -283,14 +299,29 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
                                 {xz + wy, yz - wx, one - (xx + yy)}};
     Vector3<A> scale{A::exponential(g.log_scale.x), A::exponential(g.log_scale.y), A::exponential(g.log_scale.z)};
 
-    // V and its covariance.
+    // V and its covariance, and the mean in the picture, from the principal point.
     Factor<A> f;
-    f.jx = limited<A>(slope_x, view.rules.slope_limit[0]);
-    f.jy = limited<A>(slope_y, view.rules.slope_limit[1]);
-    f.px_per_x = A::all(c.fx) / z;
-    f.px_per_y = A::all(c.fy) / z;
+    Real mean_x, mean_y;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
-    f.multiply(scale);
+    if (bends) {
+        Bent<A> const bent(c, mean);
+        visible = A::every(visible, bent.seen);
+        if constexpr (A::lanes == 1) {
+            if (!visible) return nowhere(s);
+        }
+        f.multiply(scale, bent);
+        mean_x = c.fx * bent.u;
+        mean_y = c.fy * bent.v;
+    } else {
+        Real const slope_x = mean.x / z, slope_y = mean.y / z;
+        f.jx = limited<A>(slope_x, view.rules.slope_limit[0]);
+        f.jy = limited<A>(slope_y, view.rules.slope_limit[1]);
+        f.px_per_x = A::all(c.fx) / z;
+        f.px_per_y = A::all(c.fy) / z;
+        f.multiply(scale);
+        mean_x = c.fx * slope_x;
+        mean_y = c.fy * slope_y;
+    }
 
     // Above 1e9 pixels the determinant would leave the range of floats, so compute in units of a power of two of pixels. Axes are clamped
     // to 1e18 pixels; no real frame shows the difference. An infinite axis along the ray would be NaN across it.
@@ -298,14 +329,28 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     if constexpr (A::lanes > 1) {
         stiff = visible & (stiff | A::negation(f.a + f.c < A::all(1e18f)));
     } else if (!(f.a + f.c < 1e18f)) {
-        float const steepest = std::fabs(f.jx) > std::fabs(f.jy) ? std::fabs(f.jx) : std::fabs(f.jy);
-        float const most = 1e18f / ((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
-        scale = {scale.x < most ? scale.x : most, scale.y < most ? scale.y : most, scale.z < most ? scale.z : most};
-        f.multiply(scale);
-        unit = power_of_two_below(longest(f));
-        per_unit = inverse_of_power(unit);
-        scale = {scale.x * per_unit, scale.y * per_unit, scale.z * per_unit};
-        f.multiply(scale);
+        auto const clamp_axes = [&](float px_per_unit) noexcept {
+            float const most = 1e18f / px_per_unit;
+            scale = {scale.x < most ? scale.x : most, scale.y < most ? scale.y : most, scale.z < most ? scale.z : most};
+        };
+        auto const take_unit = [&]() noexcept {
+            unit = power_of_two_below(longest(f));
+            per_unit = inverse_of_power(unit);
+            scale = {scale.x * per_unit, scale.y * per_unit, scale.z * per_unit};
+        };
+        if (bends) {
+            Bent<A> const bent(c, mean);
+            clamp_axes(bent.steepest());
+            f.multiply(scale, bent);
+            take_unit();
+            f.multiply(scale, bent);
+        } else {
+            float const steepest = std::fabs(f.jx) > std::fabs(f.jy) ? std::fabs(f.jx) : std::fabs(f.jy);
+            clamp_axes((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
+            f.multiply(scale);
+            take_unit();
+            f.multiply(scale);
+        }
     }
     Real const h = m.dilation * per_unit * per_unit;
     Real const a = f.a + h, cc = f.c + h, b = f.b;
@@ -337,7 +382,6 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         Real const largest = 0.5f * (a + cc) + A::square_root(A::multiply_add(half, half, b * b));
         reach_x = reach_y = round_up<A>(3.0f * A::square_root(largest) * unit);
     }
-    Real const mean_x = c.fx * slope_x, mean_y = c.fy * slope_y;
     Real const u = mean_x + c.cx, v = mean_y + c.cy;
     s.columns = pixel_span<A>(u, reach_x, c.width);
     s.rows = pixel_span<A>(v, reach_y, c.height);
@@ -358,7 +402,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.slope = b / a;
     s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = opacity;
-    s.depth_key = depth_keys<A>(c, g.mean_world, d);
+    s.depth_key = bends && c.lens.kind == LensKind::fisheye ? distance_keys<A>(mean) : depth_keys<A>(c, g.mean_world, d);
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
@@ -382,7 +426,8 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 /// A Gaussian that cannot be drawn gives an invisible splat, not an error: it is behind the near plane, its opacity is under alpha_min, it
 /// is outside the screen, or its projection is not finite. The size of a tile sets `Splat::anchor` alone. Cost: about 150 flops, three square roots,
 /// nine divisions, four exponentials or logarithms.
-inline Splat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
+template <class Optics = AnyLens>
+Splat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
     using detail::OneFloat;
     detail::GaussianWords<OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
@@ -391,7 +436,7 @@ inline Splat project(Gaussian const& g, View const& view, TileSize const& tile) 
                                                 {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
                                                 {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
     detail::SplatWords<OneFloat> s;
-    if (!detail::project_words<OneFloat>(words, view, tile, s).visible) return {};
+    if (!detail::project_words<OneFloat, Optics>(words, view, tile, s).visible) return {};
     return {{s.mean_px[0], s.mean_px[1]},
             s.along,
             s.slope,
@@ -412,6 +457,12 @@ inline std::uint32_t depth_key(Gaussian const& g, View const& view) noexcept
     Camera const& c = view.camera;
     Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
+    if (c.lens.kind == LensKind::fisheye) {
+        Float3 const p{dot<OneFloat>({c.rotation[0][0], c.rotation[0][1], c.rotation[0][2]}, d),
+                       dot<OneFloat>({c.rotation[1][0], c.rotation[1][1], c.rotation[1][2]}, d), z};
+        float const distance = length<OneFloat>(p);
+        return distance > c.near_depth && distance <= std::numeric_limits<float>::max() ? static_cast<std::uint32_t>(distance_keys<OneFloat>(p)) : 0;
+    }
     if (!(z > c.near_depth && z <= std::numeric_limits<float>::max())) return 0;
     return static_cast<std::uint32_t>(depth_keys<OneFloat>(c, {g.mean_world[0], g.mean_world[1], g.mean_world[2]}, d));
 }

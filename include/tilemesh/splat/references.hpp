@@ -71,6 +71,7 @@ struct PolicyWords {
 /// The frame's parameters, and the addresses of the host's table of this view, by rows.
 struct TableParameters : FrameParameters {
     static constexpr char const* name = "frame parameters and tables";
+    static constexpr bool bends = true;
     PolicyWords policies;
     HostPointer<Splat const> splats;
     HostPointer<TouchedTiles const> touched;

@@ -13,6 +13,7 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 /// The parameters that the host sends to every tile at the start of a frame.
 struct FrameParameters {
     static constexpr char const* name = "frame parameters";
+    static constexpr bool bends = false; ///< a tile that projects has no code for lenses; `LensParameters` has
     static constexpr std::uint32_t item_bytes(Setup const& s) noexcept; ///< also of the host's parameters, which have addresses of tables
     View view;
     Tiling tiling;
@@ -22,6 +23,11 @@ struct FrameParameters {
     std::uint8_t unused = 0;    ///< fills the word
 };
 static_assert(sizeof(FrameParameters) == sizeof(View) + sizeof(Tiling) + 4, "parameters are whole words");
+
+/// The parameters of a program whose cameras may have any lens (splat/lens.hpp). A setup type takes them: `using Parameters = LensParameters;`.
+struct LensParameters : FrameParameters {
+    static constexpr bool bends = true;
+};
 
 constexpr std::uint32_t FrameParameters::item_bytes(Setup const& s) noexcept
 {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/splat/camera.hpp>
@@ -14,7 +15,7 @@ struct View {
     Camera camera;
     Rules rules;
 };
-static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == 76 + 44, "a view is plain words");
+static_assert(std::is_trivially_copyable_v<View> && sizeof(View) == sizeof(Camera) + 44, "a view is plain words");
 
 namespace detail {
 /// Twice the distance, in pixels, from the principal point to the border that bounds a slope.
@@ -25,6 +26,38 @@ inline float twice_to_border(float centre, std::uint32_t size, SlopeBorder borde
 }
 } // namespace detail
 
+/// Sets `limit` and `ends` of a lens (Lens) from the picture's size, unless the limit is given. Cost: about 10,000 flops, for a lens that bends.
+inline void bound_lens(Camera& c) noexcept
+{
+    Lens& lens = c.lens;
+    if (lens.kind == LensKind::pinhole || lens.limit != 0) return;
+    float const u[2] = {-c.cx / c.fx, (static_cast<float>(c.width) - c.cx) / c.fx};
+    float const v[2] = {-c.cy / c.fy, (static_cast<float>(c.height) - c.cy) / c.fy};
+    float farthest = 0;
+    for (float const x : u)
+        for (float const y : v) farthest = x * x + y * y > farthest ? x * x + y * y : farthest;
+    farthest = std::sqrt(farthest);
+    LensReach<float> const reach = reach_of<float>(lens, farthest);
+    float widest = reach.radius;
+    if (lens.kind == LensKind::opencv && widest < reach.fold && (lens.p[0] != 0 || lens.p[1] != 0))
+        for (float const to_x : u)
+            for (float const to_y : v) {
+                float x = to_x * reach.radius / farthest, y = to_y * reach.radius / farthest, at[2], by[3];
+                for (int i = 0; i < 8; ++i) { // Newton's method, from the place without the tangential part
+                    detail::bend_slopes<float>(lens, x, y, at, by);
+                    float const e = to_x - at[0], f = to_y - at[1], determinant = by[0] * by[2] - by[1] * by[1];
+                    if (!(determinant > 0)) break;
+                    x += (by[2] * e - by[1] * f) / determinant, y += (by[0] * f - by[1] * e) / determinant;
+                }
+                float const r = std::sqrt(x * x + y * y);
+                if (r > widest && r < reach.fold) widest = r;
+            }
+    bool const found = reach.radius < reach.fold, folds = reach.is_fold && !(found && reach.fold > 1.3f * widest);
+    bool const angle = lens.kind == LensKind::fisheye;
+    lens.limit = folds ? 0.95f * reach.fold : angle ? reach.fold : widest;
+    lens.ends = angle || folds ? 1 : 0;
+}
+
 inline View make_view(Camera const& camera, Rules const& rules) noexcept
 {
     float const limit = rules.jacobian_limit > 0 ? rules.jacobian_limit * 0.5f : 1e30f;
@@ -33,6 +66,7 @@ inline View make_view(Camera const& camera, Rules const& rules) noexcept
     if (!(bound[0] > 0)) bound[0] = limit * detail::twice_to_border(camera.cx, camera.width, rules.slope_border) / camera.fx;
     if (!(bound[1] > 0)) bound[1] = limit * detail::twice_to_border(camera.cy, camera.height, rules.slope_border) / camera.fy;
     if (rules.near_plane == NearPlane::fixed) view.camera.near_depth = fixed_near_depth;
+    bound_lens(view.camera);
     return view;
 }
 
@@ -69,6 +103,7 @@ struct PixelRect {
 /// point that floats subtract exactly (a multiple of 1/128 pixel), every pixel of the window has the bits of the picture's.
 inline Camera window_of(Camera picture, PixelRect const& window) noexcept
 {
+    bound_lens(picture);
     picture.cx -= static_cast<float>(window.x0);
     picture.cy -= static_cast<float>(window.y0);
     picture.width = window.x1 - window.x0;

@@ -64,6 +64,10 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
     check_size(camera.width, camera.height);
     scene::check_camera(camera);
 }
+TILEMESH_HOST void check_pinhole(splat::Camera const& camera)
+{
+    scene::check_pinhole(camera, "this program of the tiles");
+}
 TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {
     if (!(rules.alpha_min >= 0) || !(rules.alpha_max >= 0) || !(rules.transmittance_min >= 0) || !(rules.dilation >= 0))

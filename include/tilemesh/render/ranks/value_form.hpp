@@ -11,13 +11,13 @@
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 
 /// The frame's parameters, and the rules of the setup.
-struct PolicyParameters : FrameParameters {
+struct PolicyParameters : LensParameters {
     static constexpr char const* name = "frame parameters and rules";
     PolicyWords policies;
 };
 /// A tile reads its records as on the machine; only the bytes of messages are words.
 template <>
-struct Access<PolicyParameters> : Access<FrameParameters> {
+struct Access<PolicyParameters> : Access<LensParameters> {
     TILEMESH_KERNEL static PolicyParameters const& hold(PolicyParameters const& frame) noexcept { return frame; }
     template <class>
     static std::uint32_t road_bytes(PolicyParameters const& frame) noexcept

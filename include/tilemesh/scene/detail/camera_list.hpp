@@ -25,10 +25,6 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
-/// The keys under which camera files describe a lens with distortion (OpenCV's and COLMAP's coefficients).
-inline constexpr std::string_view distortion_keys[] = {
-    "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model"};
-
 /// The keys that are read from a camera of our own form, and of that which 3DGS training writes.
 inline constexpr std::string_view own_keys[] = {"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"};
 inline constexpr std::string_view training_keys[] = {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
@@ -89,13 +85,14 @@ struct CameraFields {
     CameraField<std::array<double, 9>> rotation;
     CameraField<std::array<double, 3>> position;
     Distortion distortion{};
+    LensValues values{};
     std::string model{}; ///< a camera model that is no perspective; empty: there is none
 };
 
 /// One entry, and its name in errors.
 class CameraEntry {
 public:
-    CameraEntry(std::string const& file, std::size_t number, DistortedLens distorted = DistortedLens::refused)
+    CameraEntry(std::string const& file, std::size_t number, DistortedLens distorted = DistortedLens::kept)
         : file_(file), name_(std::to_string(number)), distorted_(distorted)
     {}
 
@@ -105,6 +102,8 @@ public:
     [[noreturn]] TILEMESH_HOST void refuse(std::string const& why) const;
 
     TILEMESH_HOST void refuse_distortion(CameraFields const& fields) const;
+    /// The lens that these values describe, if lenses are kept.
+    TILEMESH_HOST splat::Lens lens(LensValues const& values) const;
 
     template <class T>
     T const& value(CameraField<T> const& field, char const* key) const
@@ -139,7 +138,7 @@ TILEMESH_HOST splat::Camera training_camera(CameraFields const& fields, CameraEn
 /// reports the unusable camera only after the whole text is known to be JSON.
 class CameraJson {
 public:
-    CameraJson(std::istream& stream, std::string const& name, DistortedLens distorted = DistortedLens::refused, PictureSizeOf size_of = {})
+    CameraJson(std::istream& stream, std::string const& name, DistortedLens distorted = DistortedLens::kept, PictureSizeOf size_of = {})
         : json_(stream, name), file_(name), distorted_(distorted), transforms_(name), size_of_(std::move(size_of))
     {}
 

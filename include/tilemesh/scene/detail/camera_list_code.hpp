@@ -77,6 +77,15 @@ TILEMESH_HOST void CameraEntry::refuse_distortion(CameraFields const& fields) co
     if (distorted_ == DistortedLens::refused) detail::refuse_distortion(fields.distortion, file_ + " camera " + name_);
 }
 
+TILEMESH_HOST splat::Lens CameraEntry::lens(LensValues const& values) const
+{
+    std::string fault;
+    if (distorted_ != DistortedLens::kept) return {};
+    auto const lens = lens_of_values(values, fault);
+    if (!fault.empty()) refuse(fault);
+    return lens;
+}
+
 TILEMESH_HOST std::string CameraEntry::name(CameraField<std::string> const& field, char const* key) const
 {
     if (value(field, key).empty()) refuse(in_quotes_is(key) + "empty");
@@ -116,7 +125,7 @@ TILEMESH_HOST NamedCamera own_camera(CameraFields const& fields, CameraEntry& en
         pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), entry.value(fields.cx, "cx"),
                entry.value(fields.cy, "cy"),
                fields.near.there ? static_cast<float>(entry.value(fields.near, "near")) : default_near,
-               entry.pixels(fields.width, "width"), entry.pixels(fields.height, "height")});
+               entry.pixels(fields.width, "width"), entry.pixels(fields.height, "height"), entry.lens(fields.values)});
     return named;
 }
 
@@ -131,7 +140,7 @@ TILEMESH_HOST splat::Camera training_camera(CameraFields const& fields, CameraEn
             pose.rotation[row][column] = m[static_cast<std::size_t>(3 * row + column)];
     std::uint32_t const width = entry.pixels(fields.width, "width"), height = entry.pixels(fields.height, "height");
     return entry.camera(pose, {entry.value(fields.fx, "fx"), entry.value(fields.fy, "fy"), 0.5 * width, 0.5 * height,
-                               default_near, width, height});
+                               default_near, width, height, entry.lens(fields.values)});
 }
 
 TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>* notes)
@@ -181,6 +190,10 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
     bool const all_bent = std::find(distortion.begin(), distortion.end(), true) != distortion.end();
     if (!transforms_.common.model.empty()) throw Error(file_ + " " + fault_of_projection(transforms_.common.model));
     if (distorted_ == DistortedLens::refused) refuse_distortion(distortion, file_);
+    if (distorted_ == DistortedLens::kept && all_bent)
+        throw Error(file_ + " has a lens with distortion beside its list of cameras (its \"" +
+                    std::string(distortion_keys[std::find(distortion.begin(), distortion.end(), true) - distortion.begin()]) +
+                    "\"); write the coefficients into each camera");
     if (training_) finish_names();
     std::set<std::string> labels;
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -190,7 +203,7 @@ TILEMESH_HOST std::vector<NamedCamera> CameraJson::read(std::vector<std::string>
         entry.refuse("another camera has the same scene and name");
     }
     if (unusable_) convert(*unusable_); // throws
-    note_ignored_distortion(all_bent ? cameras_.size() : bent_, notes);
+    if (distorted_ == DistortedLens::ignored) note_ignored_distortion(all_bent ? cameras_.size() : bent_, notes);
     if (notes != nullptr) unread_.add_to(*notes);
     return std::move(cameras_);
 }
@@ -280,7 +293,7 @@ TILEMESH_HOST bool CameraJson::read_lens(TransformsLens& lens, Distortion* whole
     auto const at = key == "is_fisheye" ? fisheye : place_of(key, distortion_keys);
     if (at == fisheye && key != "is_fisheye") return false;
     bool named = false;
-    bool const bends = json_.read_distortion(lens.model, &named);
+    bool const bends = json_.read_distortion(lens.model, lens.values, at, &named);
     lens.set_distortion(at, named);
     if (whole != nullptr && at < whole->size()) (*whole)[at] = bends;
     return true;
@@ -334,7 +347,7 @@ TILEMESH_HOST void CameraJson::read_fields(CameraFields& fields, std::size_t num
     while (json_.next() == JsonPart::key) {
         std::string_view const key = json_.text();
         if (auto const bent = place_of(key, distortion_keys); bent < fields.distortion.size()) {
-            fields.distortion[bent] = json_.read_distortion(fields.model);
+            fields.distortion[bent] = json_.read_distortion(fields.model, fields.values, bent);
             continue;
         }
         if (training_ ? place_of(key, training_keys) == std::size(training_keys) : place_of(key, own_keys) == std::size(own_keys))

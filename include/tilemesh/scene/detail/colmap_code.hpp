@@ -40,12 +40,24 @@ TILEMESH_HOST void ColmapCameras::add_lens(std::string const& place, std::uint32
         throw Error(place + " is no camera (" + why + "); correct it or export the model again");
     };
     double const* const centre = parameters + model.focals;
-    Intrinsics const lens{parameters[0], parameters[model.focals - 1], centre[0], centre[1], default_near, size.width, size.height};
+    Intrinsics lens{parameters[0], parameters[model.focals - 1], centre[0], centre[1], default_near, size.width, size.height};
     bool const bent = model.fisheye || std::any_of(centre + 2, centre + 2 + model.coefficients, [](double c) { return c != 0.0; });
     if (bent && distorted_ == DistortedLens::refused)
         throw Error(place + " has a lens with distortion (" + std::string(model.name) +
                     (model.fisheye ? ", a fisheye projection" : ", with a coefficient that is not 0") +
                     "; a pinhole camera has none); run colmap image_undistorter, and name the model that it writes");
+    if (bent && distorted_ == DistortedLens::kept) {
+        double const* const c = centre + 2;
+        LensValues values;
+        std::string fault;
+        values.fisheye = model.fisheye;
+        if (model.name == "FOV") values.model = "fov";
+        if (model.name.find("THIN_PRISM") != std::string_view::npos) values.fisheye = false, values.model = model.name; // no lens here
+        else if (model.coefficients > 2) values.list.assign(c, c + model.coefficients);
+        else std::copy(c, c + model.coefficients, values.coefficients.begin());
+        lens.bend = lens_of_values(values, fault);
+        if (!fault.empty()) refuse(fault);
+    }
     if (auto const why = fault_of({}, lens); !why.empty()) refuse(why);
     if (!lenses_.emplace(id, Lens{lens, bent}).second) refuse("another camera has CAMERA_ID " + std::to_string(id));
     if (lenses_.size() > most_colmap_entries) refuse("it is one camera more than 1048576");
@@ -76,7 +88,7 @@ TILEMESH_HOST void ColmapCameras::add_image(std::string const& place, std::uint3
 
 TILEMESH_HOST std::vector<NamedCamera> ColmapCameras::take(std::vector<std::string>* notes)
 {
-    note_ignored_distortion(bent_, notes);
+    if (distorted_ == DistortedLens::ignored) note_ignored_distortion(bent_, notes);
     if (repeated_ids_ != 0 && notes != nullptr)
         notes->push_back(std::to_string(repeated_ids_) + (repeated_ids_ == 1 ? " image has" : " images have") +
                          " an IMAGE_ID that an earlier image has (" +

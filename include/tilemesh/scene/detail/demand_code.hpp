@@ -11,6 +11,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/footprint.hpp>
+#include <tilemesh/splat/lens_point.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
@@ -47,8 +48,9 @@ TILEMESH_HOST bool only_near_hides(splat::Gaussian const& g, splat::View const& 
         along[i] = 0;
         for (int j = 0; j < 3; ++j) along[i] += c.rotation[i][j] * (g.mean_world[j] - c.position[j]);
     }
-    if (!(along[2] > 0 && along[2] <= c.near_depth && g.opacity >= view.rules.alpha_min)) return false;
-    float const x = c.fx * along[0] / along[2] + c.cx, y = c.fy * along[1] / along[2] + c.cy;
+    auto const seen = splat::through_lens<float>(c, along);
+    if (!(seen.seen && seen.depth <= c.near_depth && g.opacity >= view.rules.alpha_min)) return false;
+    float const x = seen.at[0] + c.cx, y = seen.at[1] + c.cy;
     return x >= 0 && x < static_cast<float>(c.width) && y >= 0 && y < static_cast<float>(c.height);
 }
 

@@ -3,11 +3,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
+#include <tilemesh/scene/named_camera.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
+
+/// The keys under which camera files describe a lens with distortion (OpenCV's and COLMAP's coefficients).
+inline constexpr std::string_view distortion_keys[] = {
+    "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model"};
 
 /// A field of a camera: whether the file has it, its fault (null: no fault) and its value.
 template <class T>
@@ -25,7 +31,8 @@ public:
     /// Reads a value under a distortion key. Returns whether it means a lens with distortion: it is, or holds, a number other than 0, true,
     /// or a text that names no pinhole camera. `named`, if not null, gets the same, except that the models whose coefficients stand under keys
     /// of their own (OPENCV) name a pinhole too. `model` gets a camera model that is no perspective.
-    TILEMESH_HOST bool read_distortion(std::string& model, bool* named = nullptr);
+    /// `values` gets what it says as the value of distortion key `key`.
+    TILEMESH_HOST bool read_distortion(std::string& model, LensValues& values, std::size_t key, bool* named = nullptr);
     TILEMESH_HOST void read(CameraField<double>& field);
     TILEMESH_HOST JsonPart read(CameraField<std::string>& field); ///< what it began with
     /// Reads an id: an integer of 64 bits, with or without a sign. A name shows it as the file does.

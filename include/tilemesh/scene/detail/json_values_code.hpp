@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/json_values.hpp>
@@ -11,8 +12,15 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
-TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, bool* named)
+TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, LensValues& values, std::size_t key, bool* named)
 {
+    values.given |= 1u << key;
+    bool odd = false;
+    bool const one = key < values.coefficients.size(), yes_or_no = key == std::size(distortion_keys);
+    if (one) values.coefficients[key] = 0;
+    else if (yes_or_no) values.fisheye = false;
+    else if (key + 1 == std::size(distortion_keys)) values.model.clear();
+    else values.list.clear();
     bool bends = false, bends_otherwise = false;
     std::size_t open = 0;
     do {
@@ -23,10 +31,18 @@ TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, bool* named)
         bool const coefficients = word == "opencv" || word == "full_opencv" || word == "radial" || word == "simple_radial";
         bool const pinhole = word.empty() || word == "none" || word == "pinhole" || word == "simple_pinhole" || word == "perspective";
         bool const bent = (part == JsonPart::number && number() != 0.0) || (part == JsonPart::other && text() == "true");
+        if (part == JsonPart::number && one) values.coefficients[key] = number();
+        else if (part == JsonPart::number && !yes_or_no && values.list.size() <= values.coefficients.size()) values.list.push_back(number());
+        bool const names = key + 1 == std::size(distortion_keys);
+        if (part == JsonPart::text && names) values.model = word;
+        odd = odd || part == JsonPart::begin_object || open > 1 || (part == JsonPart::begin_list && one) || (part == JsonPart::number && (yes_or_no || names)) ||
+              (part == JsonPart::text && !names) || (part == JsonPart::other && text() == "true" && !yes_or_no);
+        if (part == JsonPart::other && text() == "true") values.fisheye = yes_or_no;
         if (part == JsonPart::text && !fault_of_projection(text()).empty()) model = text();
         bends = bends || bent || !pinhole;
         bends_otherwise = bends_otherwise || bent || !(pinhole || coefficients);
     } while (open != 0);
+    values.odd = (values.odd & ~(1u << key)) | (odd && bends ? 1u : 0u) << key;
     if (named != nullptr) *named = bends_otherwise;
     return bends;
 }

@@ -12,6 +12,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
+#include <tilemesh/splat/lens.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -60,6 +61,7 @@ TILEMESH_HOST splat::Camera make_camera(Pose const& pose, Intrinsics const& lens
     camera.near_depth = lens.near_depth;
     camera.width = lens.width;
     camera.height = lens.height;
+    camera.lens = lens.bend;
     return camera;
 }
 
@@ -77,7 +79,7 @@ TILEMESH_HOST Pose pose_of(splat::Camera const& camera)
 TILEMESH_HOST Intrinsics lens_of(splat::Camera const& camera)
 {
     return {camera.fx,         camera.fy,    camera.cx,    camera.cy,
-            camera.near_depth, camera.width, camera.height};
+            camera.near_depth, camera.width, camera.height, camera.lens};
 }
 
 TILEMESH_HOST Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down)
@@ -151,6 +153,27 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
     }
     if (!(lens.near_depth > 0.0f)) return "near is not positive";
     if (!std::isfinite(lens.near_depth)) return "near is not finite";
+    return fault_of_lens(lens);
+}
+
+TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens)
+{
+    auto const& bend = lens.bend;
+    if (bend.kind == splat::LensKind::pinhole) return "";
+    if (bend.kind > splat::LensKind::fov) return "it has a kind of lens that there is not";
+    for (float const v : {bend.k[0], bend.k[1], bend.k[2], bend.k[3], bend.k[4], bend.k[5], bend.p[0], bend.p[1]})
+        if (!(std::fabs(v) <= 1e6f)) return "a coefficient of its lens is not a number within 1e6";
+    if (bend.kind == splat::LensKind::fov && !(bend.k[0] > 0.0f && bend.k[0] <= 3.0f)) return "omega of its lens is not between 0 and 3 radians";
+    // The picture's farthest corner; a fisheye may leave corners dark, so its nearest side.
+    double const across[2] = {lens.cx / lens.fx, (lens.width - lens.cx) / lens.fx}, down[2] = {lens.cy / lens.fy, (lens.height - lens.cy) / lens.fy};
+    auto const farther = [](double const (&v)[2]) { return std::max(std::fabs(v[0]), std::fabs(v[1])); };
+    bool const angle = bend.kind == splat::LensKind::fisheye;
+    double const distance = angle ? std::min(farther(across), farther(down)) : std::hypot(farther(across), farther(down));
+    auto const reach = splat::reach_of<double>(bend, distance);
+    if (reach.radius < reach.fold) return "";
+    auto const at = std::to_string(reach.fold) + (angle ? " radians" : " focal lengths");
+    if (reach.is_fold) return "its lens folds within the picture, at " + at + " from the axis";
+    if (angle) return "its lens sees more than 360 degrees: the picture's nearest side is beyond " + at;
     return "";
 }
 
@@ -170,6 +193,13 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
     detail::require_pixels(camera.width, camera.height);
     if (auto const why = detail::fault_of(pose_of(camera), lens_of(camera)); !why.empty())
         throw Error("a camera that no frame can be rendered with (" + why + "); correct the camera");
+}
+
+TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who)
+{
+    if (camera.lens.kind != splat::LensKind::pinhole)
+        throw Error(std::string("a camera with a lens that bends the picture (") + who +
+                    " knows pinholes alone); undistort the pictures, and give the pinhole camera that they have then");
 }
 
 TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth)

@@ -28,6 +28,7 @@ using PictureSizeOf = std::function<std::optional<Size>(std::string const&)>;
 struct TransformsLens {
     CameraField<double> w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y;
     std::uint32_t given = 0, bent = 0; ///< bit i: distortion key i is there; its value bends the picture
+    LensValues values{};
     std::string model{};               ///< a camera model that is no perspective; empty: there is none
 
     CameraField<double>* field(std::string_view key)
@@ -127,7 +128,7 @@ public:
                                 "file); put the picture there, or give a size as in --size 800x800");
                 ++sized;
             }
-            cameras.push_back({"", "", frame.name, camera_of(frame, size), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
+            cameras.push_back({"", "", frame.name, camera_of(frame, size, distorted), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
             cameras.back().mask = frame.mask;
             auto const& lens = cameras.back().camera;
             using L = TransformsLens;
@@ -138,7 +139,7 @@ public:
         }
         if (!unusable_.empty()) throw Error(unusable_);
         set_splits(cameras, notes);
-        note_ignored_distortion(ignored, notes);
+        if (distorted == DistortedLens::ignored) note_ignored_distortion(ignored, notes);
         if (contradicted != 0 && notes != nullptr)
             notes->push_back(std::to_string(contradicted) + (contradicted == 1 ? " camera has" : " cameras have") +
                              " a focal length and a camera_angle that are more than 1 % apart: the focal length counts");
@@ -236,7 +237,7 @@ private:
     }
 
     /// `size` stands for a missing w or h.
-    splat::Camera camera_of(Frame const& frame, std::optional<Size> const& size) const
+    splat::Camera camera_of(Frame const& frame, std::optional<Size> const& size, DistortedLens distorted) const
     {
         using L = TransformsLens;
         auto const& m = frame.to_world;
@@ -256,8 +257,12 @@ private:
             if (!fy) fy = focal(frame, &L::camera_angle_y, "camera_angle_y", height);
         }
         if (!fx) refuse(frame.name, "neither it nor the file has \"fl_x\" or \"camera_angle_x\"");
+        splat::Lens bend{};
+        std::string fault;
+        if (distorted == DistortedLens::kept) bend = lens_of_values(frame.lens ? merged(frame.lens->values, common.values) : common.values, fault);
+        if (!fault.empty()) refuse(frame.name, fault);
         Intrinsics const lens{*fx, fy.value_or(*fx), number(frame, &L::cx, "cx").value_or(0.5 * width),
-                              number(frame, &L::cy, "cy").value_or(0.5 * height), default_near, width, height};
+                              number(frame, &L::cy, "cy").value_or(0.5 * height), default_near, width, height, bend};
         if (auto const why = fault_of(pose, lens); !why.empty()) refuse(frame.name, why);
         return make_camera(pose, lens);
     }

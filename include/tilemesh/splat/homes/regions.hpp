@@ -39,6 +39,11 @@ struct Parameters {
     /// A district has 2^district_shift x 2^district_shift tiles. Parameters with `has_districts` may have more than one.
     static constexpr std::uint32_t district_shift = 0;
     static constexpr bool has_districts = false;
+    static constexpr bool bends = false; ///< as in FrameParameters
+};
+/// The parameters of a program whose cameras may have any lens.
+struct LensParameters : Parameters {
+    static constexpr bool bends = true;
 };
 /// The parameters of machines whose tiles have no room for a window of each tile.
 template <std::uint32_t Shift>
@@ -59,6 +64,8 @@ struct Policies {
 /// The policies of a machine that moves values, for records of this degree.
 template <std::uint32_t Degree = 0, class Pixel = FloatPixel>
 using ValuePolicies = Policies<GaussianOfDegree<Degree>, Splat, Parameters, Pixel>;
+template <std::uint32_t Degree = 0, class Pixel = FloatPixel>
+using LensPolicies = Policies<GaussianOfDegree<Degree>, Splat, LensParameters, Pixel>;
 /// The same, with districts of 2^Shift x 2^Shift tiles.
 template <std::uint32_t Shift, std::uint32_t Degree = 0, class Pixel = FloatPixel>
 using DistrictPolicies = Policies<GaussianOfDegree<Degree>, Splat, DistrictParameters<Shift>, Pixel>;

@@ -37,13 +37,13 @@ inline Terms terms_of(Gaussian const& g, View const& view, TileSize const& tile)
                                                        {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
     splat::detail::SplatWords<OneFloat> same;
     splat::detail::PoseWords<OneFloat> pose{};
-    if (!splat::detail::project_words<OneFloat>(words, view, tile, same, pose).visible) return {};
+    if (!splat::detail::project_words<OneFloat, Pinhole>(words, view, tile, same, pose).visible) return {};
     return {pose.along_depth, pose.across_depth};
 }
 /// `project`, with the two words of the derivative.
 inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
-    return PoseSplat(splat::project(g, view, tile), terms_of(g, view, tile));
+    return PoseSplat(splat::project<Pinhole>(g, view, tile), terms_of(g, view, tile));
 }
 
 /// The derivative of a splat's power by one motion. With dx, dy from the mean to a pixel and off = dy - slope dx:

@@ -1,0 +1,133 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <tilemesh/config.hpp>
+#include <type_traits>
+
+TILEMESH_EXACT_BEGIN
+namespace tilemesh { inline namespace v0_2 { namespace splat {
+
+/// How a lens bends the picture. x = X / Z and y = Y / Z are the slopes of a point in view space, r their length, theta its angle from the
+/// optical axis, and (u, v) its place in the picture: the pixel is (fx u + cx, fy v + cy).
+enum class LensKind : std::uint32_t {
+    pinhole, ///< u = x, v = y
+    /// Radial and tangential (Brown; OpenCV's rational model): with s = r^2 and g = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 +
+    /// k6 s^3), u = g x + 2 p1 x y + p2 (s + 2 x^2), v = g y + p1 (s + 2 y^2) + 2 p2 x y.
+    opencv,
+    /// Kannala and Brandt 2006, OpenCV's fisheye: the distance from the centre is theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4
+    /// theta^8). It sees behind z = 0: depth is the distance from the camera, and so is the near plane's.
+    fisheye,
+    fov ///< Devernay and Faugeras 2001: the distance from the centre is atan(2 r tan(omega / 2)) / omega; k[0] is omega, in radians
+};
+
+inline constexpr char const* lens_names[] = {"pinhole", "opencv", "fisheye", "fov"}; ///< by LensKind
+
+/// The lens of a camera. All zeros: a pinhole. A lens of coefficients that are all 0 is no pinhole for these types, but draws the same
+/// splats up to rounding (`opencv`).
+///
+/// `limit` and `ends` follow from the camera (`bound_lens`, which `make_view` calls); leave them 0. Up to `limit`, a radius r of slopes or an
+/// angle of a fisheye, the lens is what its coefficients say. Beyond it a lens of slopes goes on linearly, because a polynomial has no
+/// meaning there: the limit is the widest pixel of the picture. If the lens folds (its radius ceases to grow) within 1.3 times the widest pixel,
+/// the limit is 0.95 times the fold, and what lies beyond is not drawn (`ends`); pixels without a ray keep the background. A fisheye ends at
+/// its fold, at most at 0.999 pi.
+struct Lens {
+    LensKind kind;
+    float k[6]; ///< opencv: k1 to k6; fisheye: k1 to k4; fov: omega
+    float p[2]; ///< opencv: p1, p2
+    float limit;
+    std::uint32_t ends;
+};
+static_assert(sizeof(Lens) == 44 && std::is_trivial_v<Lens>, "a lens is plain words");
+
+/// The cameras that a kernel projects through: pinholes alone, or any. A program of pinholes has no code for lenses. A program's
+/// parameters say which (`bends`); a host refuses a lens that its tiles do not know.
+struct Pinhole {
+    static constexpr bool bends = false;
+};
+struct AnyLens {
+    static constexpr bool bends = true;
+};
+template <class Parameters>
+using OpticsOf = std::conditional_t<Parameters::bends, AnyLens, Pinhole>;
+
+namespace detail {
+/// The distance from the centre by the radius of slopes or the angle `r`, in focal lengths, and its derivative.
+template <class T>
+void lens_radius(Lens const& lens, T r, T& distance, T& derivative) noexcept
+{
+    T const s = r * r, one = 1;
+    T const k1 = lens.k[0], k2 = lens.k[1], k3 = lens.k[2], k4 = lens.k[3], k5 = lens.k[4], k6 = lens.k[5];
+    if (lens.kind == LensKind::fisheye) {
+        distance = r * (one + s * (k1 + s * (k2 + s * (k3 + s * k4))));
+        derivative = one + s * (3 * k1 + s * (5 * k2 + s * (7 * k3 + s * 9 * k4)));
+    } else if (lens.kind == LensKind::fov) {
+        T const t = 2 * std::tan(k1 / 2);
+        distance = std::atan(r * t) / k1;
+        derivative = t / ((one + s * t * t) * k1);
+    } else if (lens.kind == LensKind::opencv) {
+        T const n = one + s * (k1 + s * (k2 + s * k3)), m = one + s * (k4 + s * (k5 + s * k6));
+        T const by_s = k1 + s * (2 * k2 + s * 3 * k3), m_by_s = k4 + s * (2 * k5 + s * 3 * k6);
+        distance = r * n / m;
+        derivative = n / m + 2 * s * (by_s * m - n * m_by_s) / (m * m);
+    } else {
+        distance = r, derivative = one;
+    }
+}
+
+/// Slopes to the picture through a lens of slopes, in focal lengths, with the derivatives u_x, u_y = v_x, v_y. Without its limit.
+template <class T>
+void bend_slopes(Lens const& lens, T x, T y, T (&at)[2], T (&by)[3]) noexcept
+{
+    T const s = x * x + y * y, r = std::sqrt(s), p1 = lens.p[0], p2 = lens.p[1];
+    T distance, derivative, g = 1, h = 0;
+    lens_radius<T>(lens, r, distance, derivative);
+    if (r > T(1e-6f)) g = distance / r, h = (derivative - g) / s;
+    else g = derivative;
+    at[0] = x * g + 2 * p1 * x * y + p2 * (s + 2 * x * x);
+    at[1] = y * g + p1 * (s + 2 * y * y) + 2 * p2 * x * y;
+    by[0] = g + h * x * x + 2 * p1 * y + 6 * p2 * x;
+    by[1] = h * x * y + 2 * p1 * x + 2 * p2 * y;
+    by[2] = g + h * y * y + 6 * p1 * y + 2 * p2 * x;
+}
+} // namespace detail
+
+/// What a search from the axis outward finds in a lens: the radius of slopes, or the angle of a fisheye, at which the picture is `distance` focal
+/// lengths from its centre; and the fold, the first radius at which that distance ceases to grow. What is not found is the end of the search:
+/// slopes of 64 (89.1 degrees), or 0.999 pi. `is_fold`: there is a fold, not the end.
+template <class T>
+struct LensReach {
+    T radius, fold;
+    bool is_fold;
+};
+template <class T>
+LensReach<T> reach_of(Lens const& lens, T distance) noexcept
+{
+    bool const angle = lens.kind == LensKind::fisheye;
+    T const most = angle ? T(3.1384510610f) : T(64);
+    LensReach<T> found{most, most, false};
+    T before = 0, d, slope;
+    auto const halve = [&](T low, T high, bool for_fold) {
+        for (int i = 0; i < 60; ++i) {
+            T const middle = (low + high) / 2;
+            detail::lens_radius<T>(lens, middle, d, slope);
+            bool const inside = for_fold ? slope > 0 && d >= 0 : d < distance;
+            (inside ? low : high) = middle;
+        }
+        return low;
+    };
+    for (T r = 0; r < most; before = r) {
+        T const step = (1 + r) / 128;
+        r = r + step < most ? r + step : most;
+        detail::lens_radius<T>(lens, r, d, slope);
+        bool const folds = !(slope > 0 && d >= 0);
+        T const end = folds ? found.fold = halve(before, r, true) : r;
+        if (folds) detail::lens_radius<T>(lens, end, d, slope);
+        if (found.radius == most && d >= distance) found.radius = halve(before, end, false);
+        found.is_fold = folds;
+        if (folds || (found.radius < most && r > T(1.4f) * found.radius)) break;
+    }
+    return found;
+}
+
+}}} // namespace tilemesh::splat
+TILEMESH_EXACT_END

@@ -1,0 +1,354 @@
+// test: cost 5
+#include "support.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <limits>
+#include <span>
+#include <string>
+#include <tilemesh/engine/checked_mesh.hpp>
+#include <tilemesh/error.hpp>
+#include <tilemesh/renderer.hpp>
+#include <tilemesh/report/enclosure.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/scene/near_plane.hpp>
+#include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/bend.hpp>
+#include <tilemesh/splat/lens_point.hpp>
+#include <tilemesh/splat/project_all.hpp>
+#include <vector>
+
+using namespace tilemesh;
+using namespace tilemesh::splat;
+using support::Random;
+
+namespace {
+struct Named {
+    char const* name;
+    Lens lens;
+};
+/// TUM's fr1 and EuRoC's cam0 (the calibrations that come with these data sets), a rational lens, TUM-VI's FOV, and a fisheye.
+std::array<Named, 5> lenses()
+{
+    return {{{"fr1", {LensKind::opencv, {0.2624f, -0.9531f, 1.1633f, 0, 0, 0}, {-0.0054f, 0.0026f}, 0, 0}},
+             {"euroc", {LensKind::opencv, {-0.28340811f, 0.07395907f, 0, 0, 0, 0}, {0.00019359f, 1.76187114e-5f}, 0, 0}},
+             {"rational", {LensKind::opencv, {0.3f, -0.1f, 0.02f, 0.35f, -0.05f, 0.01f}, {0.001f, -0.002f}, 0, 0}},
+             {"fov", {LensKind::fov, {0.93f}, {}, 0, 0}},
+             {"fisheye", {LensKind::fisheye, {-0.02f, 0.01f, -0.002f, 0.0003f}, {}, 0, 0}}}};
+}
+/// A camera with this lens: 64 degrees to a side, or a fisheye of 200.
+Camera through(Lens const& lens, std::uint32_t width = 640, std::uint32_t height = 480, float turn = 0)
+{
+    auto c = support::lens(width, height, turn);
+    auto const w = static_cast<float>(width);
+    c.fx = lens.kind == LensKind::fisheye ? 0.28f * w : 0.8f * w, c.fy = 1.01f * c.fx;
+    c.cx = 0.503f * w, c.cy = 0.502f * static_cast<float>(height);
+    c.lens = lens;
+    return c;
+}
+/// Points on all sides, some behind the camera.
+template <class T>
+std::array<T, 3> any_point(Random& random)
+{
+    return {static_cast<T>(random.uniform(-3, 3)), static_cast<T>(random.uniform(-3, 3)), static_cast<T>(random.uniform(-1, 4))};
+}
+std::string fault(Camera const& c)
+{
+    try {
+        scene::check_camera(c);
+    } catch (Error const& e) {
+        return e.what();
+    }
+    return "";
+}
+std::string refusal(auto const& f)
+{
+    try {
+        f();
+    } catch (Error const& e) {
+        return e.what();
+    }
+    return "";
+}
+std::vector<Gaussian> around(std::uint32_t n, std::uint64_t seed)
+{
+    auto all = support::cloud(n, seed);
+    Random random(seed + 1);
+    for (auto& g : all)
+        if (random.below(3) == 0) {
+            auto const p = any_point<float>(random);
+            for (std::size_t i = 0; i < 3; ++i) g.mean_world[i] = p[i];
+        }
+    return all;
+}
+} // namespace
+
+TEST_CASE("the angle of a vector: within 3 ulp of atan2, at all octants and ends")
+{
+    Random random(1);
+    double worst = 0;
+    for (int i = 0; i < 200'000; ++i) {
+        float const size = std::exp(random.uniform(-30, 30)), along = size * random.uniform(-1, 1), across = size * random.uniform(0, 1);
+        double const expected = std::atan2(double{across}, double{along});
+        float const angle = splat::detail::angle_of<splat::detail::OneFloat>(along, across);
+        double const ulp = std::ldexp(1.0, std::max(-149, std::ilogb(std::max(expected, 1e-37)) - 23));
+        worst = std::max(worst, std::fabs(double{angle} - expected) / ulp);
+    }
+    CHECK(worst < 3); // 2.6
+    CHECK(worst > 0.5);
+    using splat::detail::angle_of;
+    using splat::detail::OneFloat;
+    CHECK(angle_of<OneFloat>(0, 0) == 0);
+    CHECK(angle_of<OneFloat>(1, 0) == 0);
+    CHECK(angle_of<OneFloat>(0, 1) == doctest::Approx(1.5707963));
+    CHECK(angle_of<OneFloat>(-1, 0) == doctest::Approx(3.1415927));
+}
+
+TEST_CASE("a point through a lens: the Jacobian is that of differences, and the ray of its pixel points back at it")
+{
+    for (auto const& [name, lens] : lenses()) {
+        std::string const what = name;
+        CAPTURE(what);
+        auto const camera = make_view(through(lens), {}).camera;
+        Random random(2);
+        double worst_slope = 0, worst_ray = 0;
+        std::uint32_t seen = 0, behind = 0, beyond = 0;
+        for (int i = 0; i < 4000; ++i) {
+            auto const at = any_point<double>(random);
+            double const p[3] = {at[0], at[1], at[2]};
+            auto const here = through_lens<double>(camera, p);
+            if (!here.seen) continue;
+            ++seen, behind += p[2] < 0 ? 1 : 0;
+            bool const linear = lens.kind != LensKind::fisheye && std::hypot(p[0], p[1]) > 0.999 * camera.lens.limit * p[2];
+            double largest = 0, error = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                double const h = 1e-6;
+                double above[3] = {p[0], p[1], p[2]}, below[3] = {p[0], p[1], p[2]};
+                above[k] += h, below[k] -= h;
+                auto const a = through_lens<double>(camera, above), b = through_lens<double>(camera, below);
+                if (!a.seen || !b.seen) continue;
+                for (std::size_t j = 0; j < 2; ++j) {
+                    largest = std::max(largest, std::fabs(here.by[j][k]));
+                    error = std::max(error, std::fabs(here.by[j][k] - (a.at[j] - b.at[j]) / (2 * h)));
+                }
+            }
+            if (linear) { // the Jacobian there is that of the nearest direction within the limit
+                ++beyond;
+                continue;
+            }
+            worst_slope = std::max(worst_slope, error / largest);
+            double ray[3];
+            REQUIRE(ray_of<double>(camera, here.at[0], here.at[1], ray));
+            double const size = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), length = std::sqrt(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
+            for (std::size_t k = 0; k < 3; ++k) worst_ray = std::max(worst_ray, std::fabs(p[k] / size - ray[k] / length));
+        }
+        CHECK(seen > 1000);
+        CHECK(worst_slope < 3e-8); // 2e-9; differences of doubles
+        CHECK(worst_ray < 1e-13);
+        if (lens.kind == LensKind::fisheye) CHECK(behind > 300);
+        else CHECK(beyond > 300);
+    }
+}
+
+TEST_CASE("project through a lens: the reference in double, every number of lanes, and a pinhole's bits")
+{
+    for (auto const& [name, lens] : lenses()) {
+        std::string const what = name;
+        CAPTURE(what);
+        auto const camera = through(lens);
+        auto const view = make_view(camera, {});
+        auto const tiling = make_tiling(camera.width, camera.height, 32, 20);
+        auto const all = around(4096, 3);
+        std::vector<Splat> one;
+        std::uint32_t visible = 0, behind = 0, wrong = 0;
+        double worst_px = 0, worst_variance = 0;
+        for (auto const& g : all) {
+            auto const s = one.emplace_back(project(g, view, tiling));
+            CHECK(s.depth_key == (s.visible() ? depth_key(g, view) : 0u));
+            if (!s.visible()) continue;
+            ++visible, behind += g.mean_world[2] < 0 ? 1 : 0;
+            auto const expected = report::detail::project_reference(g, camera, {}, report::CutOffs{});
+            REQUIRE(expected);
+            CHECK(s.depth() == doctest::Approx(expected->depth).epsilon(1e-6));
+            double const x = double{s.mean_px[0]} + camera.cx - expected->mean_x, y = double{s.mean_px[1]} + camera.cy - expected->mean_y;
+            double const far = 1 + 1e-3 * (std::fabs(expected->mean_x) + std::fabs(expected->mean_y)); // means far outside have larger coordinates
+            worst_px = std::max(worst_px, std::max(std::fabs(x), std::fabs(y)) / far);
+            double const variance = 1 / (expected->conic_xx - expected->conic_xy * expected->conic_xy / expected->conic_yy);
+            worst_variance = std::max(worst_variance, std::fabs(-0.5 / double{s.along} / variance - 1));
+        }
+        CHECK(visible > 1000);
+        CHECK(worst_px < 1e-3);
+        CHECK(worst_variance < 1e-4);
+        if (lens.kind == LensKind::fisheye) CHECK(behind > 100);
+        auto const in_lanes = [&](auto lanes) {
+            std::vector<Splat> out(all.size());
+            project_all<decltype(lanes)::value>(all.data(), static_cast<std::uint32_t>(all.size()), view, tiling, out.data());
+            for (std::size_t i = 0; i < all.size(); ++i) wrong += std::memcmp(&out[i], &one[i], sizeof(Splat)) != 0 ? 1 : 0;
+        };
+        in_lanes(std::integral_constant<std::uint32_t, 4>{});
+        in_lanes(std::integral_constant<std::uint32_t, 8>{});
+        in_lanes(std::integral_constant<std::uint32_t, 16>{});
+        in_lanes(std::integral_constant<std::uint32_t, splat::detail::lanes_in_use>{});
+        CHECK(wrong == 0);
+
+        // With nothing bent, a program for any lens has the bits of one for pinholes.
+        auto straight = view;
+        straight.camera.lens = {};
+        for (auto const& g : all) {
+            auto const a = project<Pinhole>(g, straight, tiling), b = project<AnyLens>(g, straight, tiling);
+            wrong += std::memcmp(&a, &b, sizeof a) != 0 ? 1 : 0;
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("a lens of OpenCV whose coefficients are 0 draws what a pinhole draws, up to the bound of the slopes")
+{
+    auto camera = support::lens(640, 480);
+    Rules rules;
+    rules.jacobian_limit = 0;
+    auto const pinhole = make_view(camera, rules);
+    camera.lens.kind = LensKind::opencv;
+    camera.lens.limit = 1e3f; // as without a bound
+    auto const bent = make_view(camera, rules);
+    auto const tiling = make_tiling(640, 480, 32, 20);
+    std::uint32_t visible = 0;
+    for (auto const& g : support::cloud(2000, 4)) {
+        auto const a = project(g, pinhole, tiling), b = project(g, bent, tiling);
+        REQUIRE(a.visible() == b.visible());
+        if (!a.visible()) continue;
+        ++visible;
+        CHECK(a.mean_px[0] == doctest::Approx(b.mean_px[0]).epsilon(1e-6));
+        CHECK(a.along == doctest::Approx(b.along).epsilon(1e-5));
+        CHECK(a.across == doctest::Approx(b.across).epsilon(1e-5));
+        CHECK(a.depth_key == b.depth_key);
+    }
+    CHECK(visible > 1000);
+}
+
+TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, threads, windows, and the picture in double")
+{
+    for (auto const& [name, lens] : lenses()) {
+        std::string const what = name;
+        CAPTURE(what);
+        auto const all = around(support::fast() ? 200 : 500, 5);
+        auto const camera = through(lens, 96, 60), next = through(lens, 96, 60, 0.1f);
+        Rules const rules; // `precise`, as a naive picture is
+        auto const expected = report::render_naive(all, camera, rules), after = report::render_naive(all, next, rules);
+        for (auto const program : {splat::Program::anchored, splat::Program::homes})
+            for (std::uint32_t const side : {1u, 4u}) {
+                RendererOptions options{.threads = side == 1 ? 1u : 2u, .grid = {side, side}};
+                auto setup = splat::lossless;
+                setup.machine.sram_bytes = 1u << 24;
+                setup.sizes.tile_pixels = 96 * 60;
+                setup.rules = rules;
+                if (program == splat::Program::homes) setup = splat::as_homes(setup);
+                Renderer renderer(support::map_of(all), setup, options);
+                CHECK(support::differing_pixels(renderer.render(camera).image, expected) == 0);
+                CHECK(support::differing_pixels(renderer.render(next).image, after) == 0);
+                CHECK(support::differing_pixels(renderer.render(camera).image, expected) == 0);
+            }
+        auto const& whole = expected;
+        auto const window = window_of(camera, {17, 80, 9, 51});
+        auto const part = report::render_naive(all, window, bounds_of(camera, rules));
+        std::uint32_t wrong = 0;
+        auto const in_double = report::render_double_unrounded(std::span<Gaussian const>(all), camera, rules, report::Cuts::same);
+        double worst = 0;
+        for (std::uint32_t y = 0; y < 42; ++y)
+            for (std::uint32_t x = 0; x < 3 * 63; ++x) wrong += part.rgb[3 * 63 * y + x] != whole.rgb[3 * (96 * (y + 9) + 17) + x] ? 1 : 0;
+        CHECK(wrong == 0);
+        std::vector<double> errors;
+        for (std::size_t i = 0; i < whole.rgb.size(); ++i) errors.push_back(std::fabs(double{whole.rgb[i]} - in_double[i]));
+        std::sort(errors.begin(), errors.end());
+        worst = errors[errors.size() * 99 / 100]; // a cut-off may differ in a pixel
+        CHECK(worst < 1e-4);
+        CHECK(std::count_if(in_double.begin(), in_double.end(), [](double v) { return v > 0.05; }) > 1000);
+    }
+}
+
+TEST_CASE("a folding lens: beyond 0.95 of its fold nothing is drawn, pixels without a ray keep the background, and readers say where it folds")
+{
+    Camera camera = through({LensKind::opencv, {-0.28340811f, 0, 0, 0, 0, 0}, {}, 0, 0});
+    camera.fx = camera.fy = 585; // the picture's corner is at 0.9 of the slopes, the fold at 1.08
+    auto const fold = reach_of<double>(camera.lens, 10.0);
+    CHECK(fold.is_fold);
+    CHECK(fold.fold == doctest::Approx(std::sqrt(1 / (3 * 0.28340811))));
+    auto const view = make_view(camera, {});
+    CHECK(view.camera.lens.ends == 1);
+    CHECK(view.camera.lens.limit == doctest::Approx(0.95 * fold.fold));
+    auto const at = [&](float slope) {
+        auto g = support::ball(1, 0, 0, 0.01f);
+        g.mean_world[0] = 2 * slope, g.mean_world[1] = 0, g.mean_world[2] = 2;
+        g.log_scale[0] = g.log_scale[1] = g.log_scale[2] = 0; // so that it reaches into the picture
+        return project(g, view, {640, 480});
+    };
+    auto const limit = view.camera.lens.limit;
+    CHECK(at(0.999f * limit).depth_key != 0);
+    CHECK(at(1.001f * limit).depth_key == 0);
+    CHECK(at(3).depth_key == 0);
+    double ray[3];
+    CHECK(ray_of<double>(view.camera, 0.5 * camera.fx, 0, ray));
+    CHECK_FALSE(ray_of<double>(view.camera, 0.8 * camera.fx, 0, ray)); // beyond the largest radius, 0.72
+
+    CHECK(fault(camera) == "");
+    camera.fx = camera.fy = 512; // the corner has no ray
+    CHECK(fault(camera) == "a camera that no frame can be rendered with (its lens folds within the picture, at 1.084509 focal lengths from the axis); correct the camera");
+}
+
+TEST_CASE("a fisheye sees behind itself: depth and near plane are distances; lenses that there are not are refused")
+{
+    auto camera = through({LensKind::fisheye, {}, {}, 0, 0});
+    camera.near_depth = 0.5f;
+    auto const view = make_view(camera, {});
+    auto const at = [&](float x, float z) {
+        auto g = support::ball(1, 0, 0, 0.01f);
+        g.mean_world[0] = x, g.mean_world[1] = 0, g.mean_world[2] = z;
+        return project(g, view, {640, 480});
+    };
+    CHECK(at(1, -0.2f).visible()); // 101 degrees from the axis
+    CHECK(at(1, -0.2f).depth() == doctest::Approx(std::hypot(1, 0.2)));
+    CHECK(at(1, -0.2f).mean_px[0] == doctest::Approx(static_cast<double>(camera.fx) * std::atan2(1.0, -0.2)));
+    CHECK(at(0.6f, 0).visible());
+    CHECK_FALSE(at(0.4f, 0).visible()); // nearer than the near plane
+    CHECK_FALSE(at(0, -2).visible());
+    CHECK(fault(camera) == "");
+    camera.fx = camera.fy = 70;
+    CHECK(fault(camera) == "a camera that no frame can be rendered with (its lens sees more than 360 degrees: the picture's nearest side is beyond "
+                           "3.138451 radians); correct the camera");
+    camera.fx = camera.fy = 180;
+    for (float const v : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 2e6f}) {
+        camera.lens.k[2] = v;
+        CHECK(fault(camera).find("a coefficient of its lens is not a number within 1e6") != std::string::npos);
+    }
+    camera.lens = {LensKind::fov, {0}, {}, 0, 0};
+    CHECK(fault(camera).find("omega of its lens is not between 0 and 3 radians") != std::string::npos);
+    camera.lens.kind = static_cast<LensKind>(9);
+    CHECK(fault(camera).find("a kind of lens that there is not") != std::string::npos);
+}
+
+TEST_CASE("who knows pinholes alone refuses a lens: a program of the tiles, an enclosure")
+{
+    auto const all = support::cloud(20, 6);
+    auto const camera = through(lenses()[1].lens, 64, 40);
+    auto const expected = [](char const* who) {
+        return std::string("a camera with a lens that bends the picture (") + who +
+               " knows pinholes alone); undistort the pictures, and give the pinhole camera that they have then";
+    };
+    RendererOptions options{.grid = {2, 2}};
+    options.arithmetic = Arithmetic::precise;
+    BasicRenderer<Lossless, CheckedMesh> by_value(support::map_of(all), options);
+    CHECK(refusal([&] { by_value.render(camera); }) == expected("this program of the tiles"));
+    struct Bent : Lossless {
+        using Parameters = LensParameters;
+    };
+    BasicRenderer<Bent, CheckedMesh> bent(support::map_of(all), options);
+    auto const straight = support::lens(64, 40);
+    CHECK(support::differing_pixels(bent.render(straight).image, report::render_naive(all, straight, {})) == 0);
+    CHECK(support::differing_pixels(bent.render(camera).image, report::render_naive(all, camera, {})) == 0);
+    CHECK(refusal([&] { report::enclose(all, camera, {}); }).starts_with("no enclosure of a picture through a lens"));
+    CHECK(scene::near_for(support::map_of(all), camera) > 0);
+}
