@@ -42,6 +42,7 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
@@ -105,7 +106,7 @@ std::string dumped(Json const& json)
 struct Settings {
     std::uint32_t width = 640, height = 360, mesh = 0;
     RendererOptions renderer; ///< what its rows set; `options_of` adds what others do
-    std::string preset = "lossless", machine = "mk2", quality = "default", program = "anchored";
+    std::string preset = "lossless", machine = "mk2", quality = "default", program = "anchored", lens = "pinhole";
     std::vector<render::SetupValue> fields; ///< those that every program has; others are the preset's
     std::array<double, 3> background{};
     bool difference = false, depth = false, alpha = false, exposure = false, antialias = false;
@@ -115,7 +116,7 @@ struct Settings {
     /// Do both need the same mesh?
     bool same_mesh(Settings other) const
     {
-        other.difference = difference, other.exposure = exposure, other.follow = follow, other.background = background;
+        other.difference = difference, other.exposure = exposure, other.follow = follow, other.background = background, other.lens = lens;
         return *this == other;
     }
     bool anchored() const { return program == "anchored"; }
@@ -186,6 +187,7 @@ constexpr Option<Settings> own_rows[] = {
     field<setup_field("machine"), &Settings::machine>(),
     field<setup_field("quality"), &Settings::quality>(),
     field<setup_field("program"), &Settings::program>(),
+    option<&Settings::lens>("lens", "KIND[,N...]", "The lens of the cameras, as render_map's --lens", {0, 255}),
     option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
     option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
     option<&Settings::renderer, &RendererOptions::digest>("digest", "", "The report has digests of the machine's words"),
@@ -300,6 +302,7 @@ void check(Settings const& settings, scene::Map const& map)
             std::find(std::begin(render::only_homes), std::end(render::only_homes), field.name) != std::end(render::only_homes))
             throw Error("the setting " + std::string(field.name) +
                         " with the anchored program (only the program of homes has it); leave it out, or set program to \"homes\"");
+    (void)scene::lens_of_text(settings.lens);
     if (settings.program == "homes") return;
     auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::checked(setup);
@@ -381,6 +384,7 @@ splat::Camera camera_of(double const* numbers, Settings const& settings, std::ar
     for (std::size_t i = 0; i < 3; ++i) camera.position[i] = f[9 + i];
     camera.fx = f[12], camera.fy = f[13], camera.cx = f[14], camera.cy = f[15];
     camera.near_depth = f[16];
+    camera.lens = scene::lens_of_text(settings.lens);
     camera.width = settings.width, camera.height = settings.height;
     render::check_camera(camera);
     return camera;
@@ -1326,10 +1330,11 @@ char const* tilemesh_handle::cameras([[maybe_unused]] char const* path)
     if (path == nullptr) throw Error("no cameras (the path is null); name a file, or a folder of COLMAP");
     Json json = {{"notes", Json::array()}, {"cameras", Json::array()}};
     std::vector<std::string> notes;
-    for (auto const& each : scene::load_cameras(std::filesystem::path(path), &notes, scene::DistortedLens::refused)) {
+    for (auto const& each : scene::load_cameras(std::filesystem::path(path), &notes)) {
         auto numbers = numbers_of(each.camera, {});
         for (int axis = 0; axis < 3 && each.position; ++axis) numbers[static_cast<std::size_t>(9 + axis)] = (*each.position)[axis];
-        json["cameras"].push_back({{"name", scene::label(each)}, {"width", each.camera.width}, {"height", each.camera.height}, {"camera", numbers}});
+        json["cameras"].push_back({{"name", scene::label(each)}, {"width", each.camera.width}, {"height", each.camera.height}, {"camera", numbers},
+                                   {"lens", scene::text_of(each.camera.lens)}});
     }
     json["notes"] = notes;
     return answer(dumped(json));

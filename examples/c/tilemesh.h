@@ -29,7 +29,7 @@
 #include <stdint.h>
 
 /* The version of this interface. */
-#define TILEMESH_C_VERSION 4
+#define TILEMESH_C_VERSION 5
 
 #if defined(TILEMESH_C_EXPORT)
 #define TILEMESH_C __attribute__((visibility("default"), used))
@@ -85,13 +85,14 @@ TILEMESH_C char const* tilemesh_trajectory(tilemesh_handle* handle, char const* 
 
 /* Reads the cameras of a file on disk: JSON of this library, of 3DGS training or of nerfstudio (transforms.json), or a COLMAP model, of which
  * `path` may be the folder. The handle does not change. Returns JSON, or NULL with an error:
- *   {"notes": [text...], "cameras": [{"name": "SCENE/NAME" or "NAME", "width", "height", "camera": [17 numbers]}, ...]}
- * `camera` is for a picture of `width` x `height` pixels; its near plane is 0.2 where the file names none. Since version 4. The page has no files (TILEMESH_NOT_BUILT). */
+ *   {"notes": [text...], "cameras": [{"name": "SCENE/NAME" or "NAME", "width", "height", "camera": [17 numbers], "lens": text}, ...]}
+ * `camera` is for a picture of `width` x `height` pixels; its near plane is 0.2 where the file names none. `lens`, since version 5, is a
+ * text for the setting of that name, "pinhole" if nothing bends. Since version 4. The page has no files (TILEMESH_NOT_BUILT). */
 TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* path);
 
 /* Changes settings: a JSON object with some of the names below, such as {"width": 320, "channel_slots": 8}. Settings that it does not
  * name stay. NULL or "{}" changes nothing. Returns 1, or 0 with an error; then no setting changes. The next frame uses the settings. A
- * change of anything but `difference`, `background`, `follow` and `exposure` begins a new mesh in the next frame, which loads the map.
+ * change of anything but `difference`, `background`, `lens`, `follow` and `exposure` begins a new mesh in the next frame, which loads the map.
  *
  *   width, height      pixels of the picture, 16 to 4096; default 640, 360
  *   program            "anchored" (default): the frame program with a trace. "homes": the program for maps of any density, "auto":
@@ -117,6 +118,9 @@ TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* pat
  *   priority           "first", "largest" or "preset" (default): what a full tile keeps and a full channel takes
  *   copies             "world", "screen" or "preset" (default): the records that bloom sends
  *   pixels             "float", "rgbx8" or "preset" (default): the framebuffers of the tiles
+ *   lens               "pinhole" (default), or how the lens of the cameras bends the picture: "opencv,k1,k2,p1,p2,k3,k4,k5,k6",
+ *                      "fisheye,k1,k2,k3,k4" or "fov,omega"; numbers at the end may be left out. Since version 5. A tracker knows
+ *                      pinholes alone
  *   background         [red, green, blue], each 0 to 1; default black
  *   difference         true: each frame is compared with the complete picture, see `tilemesh_pixels`; default false. The complete
  *                      picture has the same view, rules and tiles, and every tile has each Gaussian that touches it

@@ -58,6 +58,7 @@ OptionTable table_of(Options& o)
 std::optional<Options> options_of(int argc, char** argv)
 {
     Options o;
+    o.bends = true;
     auto table = table_of(o);
     if (!read_command_line(table, o, &o, argc, argv)) return {};
     if (o.map.empty()) throw Error("no map is named (there is nothing to refine); name one: refine MAP --cameras FILE --photos DIR");

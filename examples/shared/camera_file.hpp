@@ -5,6 +5,7 @@
 #include <string>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/lens.hpp>
 #include <vector>
 
 namespace shared {
@@ -19,6 +20,7 @@ struct FoundCamera {
 /// of a picture has "#2" behind its name.
 inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, tilemesh::scene::Intrinsics const& lens)
 {
+    using tilemesh::splat::LensKind;
     std::string text = "{\"cameras\": [";
     std::map<std::string, std::size_t> seen;
     for (auto const& camera : cameras) {
@@ -39,6 +41,12 @@ inline std::string camera_file_text(std::vector<FoundCamera> const& cameras, til
                     json.member("cx", lens.cx);
                     json.member("cy", lens.cy);
                     json.member("near", double{lens.near_depth});
+                    if (auto const& bend = lens.bend; bend.kind != LensKind::pinhole) {
+                        json.member("camera_model", bend.kind == LensKind::opencv ? "FULL_OPENCV" : bend.kind == LensKind::fov ? "FOV" : "OPENCV_FISHEYE");
+                        for (std::size_t i = 0; i < (bend.kind == LensKind::opencv ? 6u : bend.kind == LensKind::fov ? 1u : 4u); ++i)
+                            json.member("k" + std::to_string(i + 1), double{bend.k[i]});
+                        for (std::size_t i = 0; i < 2 && bend.kind == LensKind::opencv; ++i) json.member("p" + std::to_string(i + 1), double{bend.p[i]});
+                    }
                     json.member_as_is("world_to_camera", tilemesh::report::matrix_text(to_camera));
                 });
     }

@@ -11,6 +11,7 @@
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -80,6 +81,7 @@ std::vector<scene::NamedCamera> load_cameras(CameraInput const& in, MapShape con
     add_notes(notes, *in.cameras, of_file);
     auto chosen = scene::relative_to_origin(scene::select_cameras(all, in.camera, map.name), map.origin);
     for (auto& each : chosen) {
+        if (!in.bend.empty()) each.camera.lens = scene::lens_of_text(in.bend), scene::check_camera(each.camera);
         if (in.near_depth) each.camera.near_depth = *in.near_depth;
         else if (!each.names_near) each.camera.near_depth = map.near_plane(each.camera);
         if (!each.mask.empty()) sized_by.emplace_back(each.mask);
@@ -126,16 +128,33 @@ tilemesh::splat::Camera placed_camera(CameraInput const& in, MapShape const& map
     auto const up = up_of(in);
     auto const fov = in.fov.value_or(60.0);
     tilemesh::splat::Camera camera;
+    auto const lens = in.bend.empty() ? tilemesh::splat::Lens{} : scene::lens_of_text(in.bend);
+    bool const bends = lens.kind != tilemesh::splat::LensKind::pinhole;
+    auto const with_lens = [&](tilemesh::splat::Camera made) {
+        if (!bends && fov >= 180)
+            throw tilemesh::Error("--fov " + tilemesh::significant(fov, 6) +
+                                  " with a pinhole (it sees less than 180 degrees); add --lens fisheye, or choose at most 179");
+        made.lens = lens;
+        return made;
+    };
+    // A pinhole of a moderate angle says where to stand; the focal length is then that of the lens.
+    auto const standing = bends ? std::min(fov, 100.0) : std::min(fov, 179.0);
+    auto const span = [&](tilemesh::splat::Camera made) {
+        made = with_lens(made);
+        if (bends) made.fx = made.fy = static_cast<float>(scene::focal_of(lens, fov, size.width)), scene::check_camera(made);
+        return made;
+    };
     if (in.from) {
         auto const in_map = [&](std::array<double, 3> const& v) { return vector(v) - vector(map.origin); };
         scene::upright(up); // refuses a direction of length 0
         auto const target = in.look ? in_map(*in.look) : map.centre();
-        camera = scene::make_camera(scene::look_at(in_map(*in.from), target, -up), scene::lens_from_field_of_view(fov, size));
+        camera = scene::make_camera(scene::look_at(in_map(*in.from), target, -up), scene::lens_from_field_of_view(standing, size));
+        camera = span(camera);
         if (!in.near_depth) camera.near_depth = map.near_plane(camera);
     } else if (built_in && !in.up && !in.fov) {
-        camera = scene::built_in_camera(size);
+        camera = with_lens(scene::built_in_camera(size));
     } else {
-        camera = map.whole(size, up, fov);
+        camera = span(map.whole(size, up, standing));
     }
     if (in.near_depth) camera.near_depth = *in.near_depth;
     return camera;

@@ -50,6 +50,7 @@ struct CameraInput {
     std::uint32_t scale = 1;         ///< divides the sides of the camera file's pictures
     std::optional<float> near_depth; ///< of all cameras
     bool ignores_distortion = false;
+    std::string bend{};   ///< of all cameras, as scene::lens_of_text reads it; empty: their own
     bool bends = false; ///< the program renders through any lens; otherwise a lens that bends is refused
     tilemesh::scene::DistortedLens lens() const
     {

@@ -21,6 +21,7 @@
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/scene/camera_json.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
@@ -82,7 +83,8 @@ inline std::string lens_line(scene::Intrinsics const& lens)
 {
     auto const px = [](double value) { return tilemesh::significant(value, 6); };
     return "lens: " + std::to_string(lens.width) + " x " + std::to_string(lens.height) + " pixels, fx " + px(lens.fx) + ", fy " + px(lens.fy) +
-           ", cx " + px(lens.cx) + ", cy " + px(lens.cy) + ", near plane " + px(double{lens.near_depth}) + "\n";
+           ", cx " + px(lens.cx) + ", cy " + px(lens.cy) + ", near plane " + px(double{lens.near_depth}) +
+           (lens.bend.kind == tilemesh::splat::LensKind::pinhole ? "" : ", " + scene::text_of(lens.bend)) + "\n";
 }
 
 /// The camera of --camera in the pictures' size, and what its file says. Of several, that of the first picture of `list` by its name, or else the
@@ -107,7 +109,7 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
     auto const& chosen = cameras[of_picture < cameras.size() ? of_picture : 0];
     auto const shape_of_lens = [](scene::NamedCamera const& camera) {
         auto const& c = camera.camera;
-        return std::tuple{c.width, c.height, c.fx, c.fy, c.cx, c.cy};
+        return std::tuple{c.width, c.height, c.fx, c.fy, c.cx, c.cy, scene::text_of(c.lens)};
     };
     auto const others = std::count_if(cameras.begin(), cameras.end(), [&](auto const& each) { return shape_of_lens(each) != shape_of_lens(chosen); });
     auto const later = std::find_if(owners.begin(), owners.end(), [&](std::size_t owner) { return owner != cameras.size(); });

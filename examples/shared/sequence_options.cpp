@@ -16,6 +16,7 @@ constexpr Option<SequenceOptions> result_rows[] = {option<&SequenceOptions::out>
 
 void add_sequence(OptionTable& table, SequenceOptions& o, std::string_view size, std::string_view out)
 {
+    o.bends = true;
     table.add("The map", o, map_rows);
     table.add("The camera", o, camera_rows, camera_pairings);
     table.says("cameras", "a camera file, for the lens and the first pose");

@@ -14,6 +14,7 @@ namespace slam = tilemesh::slam;
 Growth::Growth(scene::Pose const& first, scene::Intrinsics lens)
 {
     lens.fx /= 2, lens.fy /= 2;
+    lens.bend = {}; // the wide view of the page is a pinhole's
     camera_ = scene::make_camera(first, lens);
 }
 

@@ -66,6 +66,7 @@
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/error_measures.hpp>
+#include <tilemesh/report/exact_rays.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/heat_image.hpp>
@@ -90,6 +91,7 @@
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>

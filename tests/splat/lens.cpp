@@ -13,8 +13,10 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/enclosure.hpp>
+#include <tilemesh/report/exact_rays.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/bend.hpp>
@@ -270,6 +272,26 @@ TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, thre
     }
 }
 
+TEST_CASE("a lens as a text: what is written is read, another text is refused by name; the focal length of an angle")
+{
+    for (char const* text : {"pinhole", "opencv,0.25,-0.125,0,0,0.5", "opencv,0.25", "fisheye", "fisheye,0,0,0,0.125", "fov,0.875"})
+        CHECK(scene::text_of(scene::lens_of_text(text)) == text);
+    CHECK(scene::text_of(scene::lens_of_text("opencv,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8")) ==
+          "opencv,0.100000001,0.200000003,0.300000012,0.400000006,0.5,0.600000024,0.699999988,0.800000012");
+    auto const fault = [](char const* text) { return refusal([&] { scene::lens_of_text(text); }); };
+    CHECK(fault("fish") == "the lens \"fish\" (there is no such lens); write opencv,k1,k2,p1,p2,k3,k4,k5,k6 or fisheye,k1,k2,k3,k4 or fov,omega; "
+                           "numbers at the end may be left out");
+    CHECK(fault("").find("there is no such lens") != std::string::npos);
+    CHECK(fault("fov,1,2").find("it has at most 1 numbers") != std::string::npos);
+    CHECK(fault("pinhole,1").find("it has at most 0 numbers") != std::string::npos);
+    CHECK(fault("opencv,a").find("a coefficient is no number") != std::string::npos);
+    CHECK(fault("opencv,,1").find("a coefficient is no number") != std::string::npos);
+    CHECK(scene::focal_of({}, 90, 640) == doctest::Approx(320));
+    CHECK(scene::focal_of({LensKind::fisheye, {}, {}, 0, 0}, 180, 640) == doctest::Approx(320 / 1.5707963));
+    CHECK(refusal([] { scene::focal_of({}, 180, 640); }).find("a field of view of 180 degrees through the lens pinhole") != std::string::npos);
+    CHECK(refusal([] { scene::focal_of(scene::lens_of_text("opencv,-0.3"), 120, 640); }).find("it does not see that far") != std::string::npos);
+}
+
 TEST_CASE("a folding lens: beyond 0.95 of its fold nothing is drawn, pixels without a ray keep the background, and readers say where it folds")
 {
     Camera camera = through({LensKind::opencv, {-0.28340811f, 0, 0, 0, 0, 0}, {}, 0, 0});
@@ -328,6 +350,71 @@ TEST_CASE("a fisheye sees behind itself: depth and near plane are distances; len
     CHECK(fault(camera).find("omega of its lens is not between 0 and 3 radians") != std::string::npos);
     camera.lens.kind = static_cast<LensKind>(9);
     CHECK(fault(camera).find("a kind of lens that there is not") != std::string::npos);
+}
+
+TEST_CASE("exact rays: the largest response along a ray, found by a search; the conic of the Jacobian approaches them")
+{
+    for (auto const& [name, lens] : {Named{"pinhole", {}}, lenses()[0], lenses()[4]}) {
+        std::string const what = name;
+        CAPTURE(what);
+        auto const camera = through(lens, 32, 24);
+        auto const bounded = make_view(camera, {}).camera;
+        Rules rules;
+        rules.dilation = 0;
+        Gaussian g = support::cloud(1, 9)[0];
+        g.mean_world[0] = 0.2f, g.mean_world[1] = -0.1f, g.mean_world[2] = 1.2f;
+        g.log_scale[0] = -1.2f, g.log_scale[1] = -2, g.log_scale[2] = -1.6f;
+        g.opacity = 0.9f;
+        std::vector<Gaussian> const one{g};
+        auto const picture = report::render_exact_rays(one, camera, rules);
+        auto const inverse = [&] { // of the covariance, applied to v: R S^-2 R^T v
+            auto const r = report::detail::rotation_of(g.rotation);
+            return [r, &g](std::array<double, 3> const& v) {
+                double squared = 0;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    double along = 0;
+                    for (std::size_t i = 0; i < 3; ++i) along += r[i][k] * v[i];
+                    squared += along * along * std::exp(-2 * double{g.log_scale[k]});
+                }
+                return squared;
+            };
+        }();
+        double worst = 0, most = 0;
+        for (std::uint32_t y = 0; y < camera.height; y += 3)
+            for (std::uint32_t x = 0; x < camera.width; x += 3) {
+                double d[3], least = 1e9;
+                REQUIRE(ray_of<double>(bounded, x + 0.5 - double{camera.cx}, y + 0.5 - double{camera.cy}, d));
+                double low = 0, high = 20; // the response along a ray has one maximum
+                for (int i = 0; i < 200; ++i) {
+                    double const a = low + (high - low) / 3, b = high - (high - low) / 3;
+                    auto const at = [&](double t) { return inverse({t * d[0] - g.mean_world[0], t * d[1] - g.mean_world[1], t * d[2] - g.mean_world[2]}); };
+                    least = std::min(at(a), at(b));
+                    (at(a) < at(b) ? high : low) = at(a) < at(b) ? b : a;
+                }
+                double const alpha = least <= 2 * std::log(double{g.opacity} / rules.alpha_min) ? double{g.opacity} * std::exp(-0.5 * least) : 0;
+                double const shown = picture.rgb[3 * (std::size_t{y} * camera.width + x)];
+                worst = std::max(worst, std::fabs(shown - std::min(alpha, double{rules.alpha_max}) * g.colour[0]));
+                most = std::max(most, shown);
+            }
+        CHECK(worst < 1e-6);
+        CHECK(most > 0.2 * g.colour[0]);
+
+        // A picture of small Gaussians is that of their conics.
+        auto small = support::cloud(200, 10);
+        for (auto& s : small)
+            for (float& v : s.log_scale) v = std::min(v, -5.0f);
+        auto const wide = through(lens, 96, 60);
+        auto const exact = report::render_exact_rays(small, wide, {}, 2), conics = report::render_naive(small, wide, {});
+        double squares = 0;
+        for (std::size_t i = 0; i < exact.rgb.size(); ++i) squares += std::pow(double{exact.rgb[i]} - conics.rgb[i], 2);
+        CHECK(std::sqrt(squares / static_cast<double>(exact.rgb.size())) < 2e-3);
+        CHECK(support::differing_pixels(exact, report::render_exact_rays(small, wide, {})) == 0); // any number of threads
+    }
+    Camera dark = through({LensKind::fisheye, {}, {}, 0, 0}, 32, 24);
+    dark.fx = dark.fy = 5; // its corners are beyond 180 degrees
+    auto const picture = report::render_exact_rays(std::vector<Gaussian>{}, dark, {});
+    CHECK(std::isnan(picture.rgb[0]));
+    CHECK(picture.rgb[3 * (12 * 32 + 16)] == 0);
 }
 
 TEST_CASE("who knows pinholes alone refuses a lens: a program of the tiles, an enclosure")

@@ -1,6 +1,7 @@
 #pragma once
 #include "pose_reference.hpp"
 #include "support.hpp"
+#include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/walk.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -43,6 +44,8 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
         for (std::size_t j = 0; j < 3; ++j) p[i] += c.rotation[i][j] * (g[j] - c.position[j]);
     }
     if (!(p[2] > c.near_depth)) return false;
+    bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
+    auto const point = splat::through_lens<double>(c.bent, p);
     double const w = g[6], x = g[7], y = g[8], z = g[9], t = 2 / (w * w + x * x + y * y + z * z);
     double const turn[3][3] = {{1 - t * (y * y + z * z), t * (x * y - w * z), t * (x * z + w * y)},
                                {t * (x * y + w * z), 1 - t * (x * x + z * z), t * (y * z - w * x)},
@@ -56,6 +59,8 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
         }
         v[0][k] = c.fx / p[2] * (axis[0] - jx * axis[2]);
         v[1][k] = c.fy / p[2] * (axis[1] - jy * axis[2]);
+        for (std::size_t row = 0; bends && row < 2; ++row)
+            v[row][k] = point.by[row][0] * axis[0] + point.by[row][1] * axis[1] + point.by[row][2] * axis[2];
     }
     double const n[3] = {v[0][1] * v[1][2] - v[0][2] * v[1][1], v[0][2] * v[1][0] - v[0][0] * v[1][2],
                          v[0][0] * v[1][1] - v[0][1] * v[1][0]};
@@ -65,6 +70,7 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
     s.d = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + dilation * (a + cc + dilation); // a c - b^2 loses the digits of needles
     s.a = a + dilation, s.c = cc + dilation;
     s.u = c.fx * p[0] / p[2], s.v = c.fy * p[1] / p[2], s.z = p[2];
+    if (bends) s.u = point.at[0], s.v = point.at[1];
     s.opacity = 1 / (1 + std::exp(-g[10]));
     if (m.coverage == splat::Coverage::preserved)
         s.opacity *= std::sqrt(std::max(double{0.000025f}, (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / s.d));
@@ -74,7 +80,6 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
 
 /// The arithmetic of the kernels' templates, in double.
 struct OneDouble : pose::OneDouble {
-    static Real square_root(Real v) noexcept { return std::sqrt(v); }
     static Real exponential(Real v) noexcept { return std::exp(v); }
 };
 using D = OneDouble;

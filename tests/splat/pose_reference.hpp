@@ -1,5 +1,7 @@
 #pragma once
 #include "support.hpp"
+#include <tilemesh/splat/lens_point.hpp>
+#include <tilemesh/splat/view.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/rules.hpp>
 
@@ -12,6 +14,7 @@ using namespace tilemesh;
 struct Camera {
     double rotation[3][3], position[3], fx, fy, cx, cy, near_depth, limit_x, limit_y;
     std::uint32_t width, height;
+    splat::Camera bent{}; ///< the same camera, with the limit of its lens
 };
 inline Camera camera_of(splat::Camera const& c, splat::Rules const& m)
 {
@@ -21,6 +24,8 @@ inline Camera camera_of(splat::Camera const& c, splat::Rules const& m)
         for (int j = 0; j < 3; ++j) d.rotation[i][j] = c.rotation[i][j];
     }
     d.fx = c.fx, d.fy = c.fy, d.cx = c.cx, d.cy = c.cy, d.near_depth = c.near_depth, d.width = c.width, d.height = c.height;
+    d.bent = c;
+    splat::bound_lens(d.bent);
     d.limit_x = m.jacobian_limit > 0 ? double{m.jacobian_limit} * std::max(d.cx, d.width - d.cx) / c.fx : 1e30;
     d.limit_y = m.jacobian_limit > 0 ? double{m.jacobian_limit} * std::max(d.cy, d.height - d.cy) / c.fy : 1e30;
     return d;
@@ -63,7 +68,11 @@ inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules cons
                                {t * (q[1] * q[3] - q[0] * q[2]), t * (q[2] * q[3] + q[0] * q[1]), 1 - t * (q[1] * q[1] + q[2] * q[2])}};
     double const sx = p[0] / p[2], sy = p[1] / p[2];
     double const jx = std::clamp(sx, -c.limit_x, c.limit_x), jy = std::clamp(sy, -c.limit_y, c.limit_y);
-    double const jacobian[2][3] = {{c.fx / p[2], 0, -c.fx / p[2] * jx}, {0, c.fy / p[2], -c.fy / p[2] * jy}};
+    double jacobian[2][3] = {{c.fx / p[2], 0, -c.fx / p[2] * jx}, {0, c.fy / p[2], -c.fy / p[2] * jy}};
+    bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
+    auto const point = splat::through_lens<double>(c.bent, p);
+    for (int i = 0; bends && i < 2; ++i)
+        for (int j = 0; j < 3; ++j) jacobian[i][j] = point.by[i][j];
     s.a = s.c = double{m.dilation}, s.b = 0;
     for (int k = 0; k < 3; ++k) {
         double const scale = std::exp(double{g.log_scale[k]});
@@ -78,6 +87,7 @@ inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules cons
         s.a += s.v1[k] * s.v1[k], s.b += s.v1[k] * s.v2[k], s.c += s.v2[k] * s.v2[k];
     }
     s.u = c.fx * sx, s.v = c.fy * sy, s.z = p[2], s.opacity = std::min(1.0f, g.opacity), s.id = g.id;
+    if (bends) s.u = point.at[0], s.v = point.at[1];
     for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
     return true;
 }
@@ -156,6 +166,7 @@ struct OneDouble {
     using Word = std::int64_t;
     using Mask = bool;
     static constexpr std::uint32_t lanes = 1;
+    static Real square_root(Real v) noexcept { return std::sqrt(v); }
     static Real all(double v) noexcept { return v; }
     template <class... Masks>
     static Mask every(Masks... m) noexcept

@@ -275,7 +275,7 @@ Camera hostile_camera(Camera c, support::Random& random)
         words[i] = std::fabs(words[i]);
         if (!(words[i] > 0)) words[i] = sound[i];
     }
-    std::memcpy(&c, words, sizeof words);
+    std::memcpy(static_cast<void*>(&c), words, sizeof words);
     return c;
 }
 /// Any model that a renderer accepts: no value is negative, except the Jacobian's limit.

@@ -85,9 +85,10 @@ def _json_text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera. `rotation` has the rows of the rotation from world to camera, as 3 x 3 or 9 numbers; `position` is the camera's centre
+    """A camera. `rotation` has the rows of the rotation from world to camera, as 3 x 3 or 9 numbers; `position` is the camera's centre
     in the coordinates of the map's file; `fx`, `fy`, `cx`, `cy` are in pixels, and the centre of the first pixel is at (0.5, 0.5). `near` is in
-    units of the map. `size`, if it is known, is the (width, height) for which the lens is; a renderer of another size refuses the camera."""
+    units of the map. `size`, if it is known, is the (width, height) for which the lens is; a renderer of another size refuses the camera.
+    `lens` says how the lens bends the picture, as the setting `lens` does ("pinhole", "opencv,0.26,-0.95", "fisheye"); None: as the setting."""
 
     rotation: tuple[float, ...]  # 9 numbers, row by row
     position: tuple[float, ...]  # 3 numbers
@@ -97,6 +98,7 @@ class Camera:
     cy: float
     near: float = 0.2
     size: tuple[int, ...] | None = None  # width and height
+    lens: str | None = None
 
     @_door
     def __post_init__(self) -> None:
@@ -188,7 +190,7 @@ class TrackedFrame:
     facts: dict[str, Any] = field(repr=False)
 
 
-_VERSION = 4
+_VERSION = 5
 _library: ctypes.CDLL | None = None
 _library_lock = threading.RLock()
 _renderers: weakref.WeakSet[Renderer] = weakref.WeakSet()  # under that lock
@@ -371,6 +373,8 @@ class Renderer:
 
     def _numbers(self, camera: Camera | Numbers) -> Any:
         camera = camera if isinstance(camera, Camera) else Camera.of(camera)
+        if camera.lens is not None and camera.lens != self._json("settings")["lens"]:
+            self._call("set", json.dumps({"lens": camera.lens}).encode())
         if camera.size is not None:
             settings = self._json("settings")
             if camera.size != (size := (settings["width"], settings["height"])):
@@ -446,7 +450,7 @@ def read_cameras(file: Text) -> dict[str, Camera]:
             found = json.loads(_called(library, handle, "cameras", _path(file)))["cameras"]
         finally:
             library.tilemesh_destroy(handle)
-    return {each["name"]: replace(Camera.of(each["camera"]), size=(each["width"], each["height"])) for each in found}
+    return {each["name"]: replace(Camera.of(each["camera"]), size=(each["width"], each["height"]), lens=each["lens"]) for each in found}
 
 
 # --- studies

@@ -47,6 +47,66 @@ TILEMESH_KERNEL typename A::Word distance_keys(Vector3<A> const& p) noexcept
     return key_of<A>(length<A>(p), A::all(0.0f));
 }
 
+/// A lens of slopes at one pair of slopes: the place in the picture, in focal lengths, and the derivatives u_x, u_y = v_x, v_y.
+template <class A>
+struct BentSlopes {
+    using Real = typename A::Real;
+    Real u, v, d00, d01, d11;
+    Real x, y; ///< where the derivatives are taken: the slopes, or the nearest ones within the limit
+    typename A::Mask beyond;
+
+    TILEMESH_KERNEL BentSlopes(Lens const& lens, Real const& sx, Real const& sy) noexcept
+    {
+        Real const zero = A::all(0.0f), one = A::all(1.0f);
+        Real const r2 = A::multiply_add(sx, sx, sy * sy), most = A::all(lens.limit * lens.limit);
+        beyond = r2 > most;
+        Real const in = A::select(beyond, A::square_root(most / r2), one), s = A::select(beyond, most, r2);
+        x = sx * in, y = sy * in;
+        Real g = one, h = zero; // the factor of the slopes, and its derivative by r over r
+        if (lens.kind == LensKind::fov) {
+            float const t = lens.k[1], per_omega = 1.0f / lens.k[0];
+            Real const r = A::square_root(s), none = A::all(1e-12f);
+            auto const off = r > none;
+            Real const slope = A::all(t * per_omega) / A::multiply_add(s, A::all(t * t), one);
+            g = A::select(off, angle_of<A>(one, r * t) * per_omega / A::select(off, r, one), A::all(t * per_omega));
+            h = A::select(off, (slope - g) / A::select(off, s, one), zero);
+        } else {
+            float const* const k = lens.k;
+            Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
+            Real const by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
+            g = n, h = 2.0f * by_s;
+            if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
+                Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
+                Real const m_by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
+                Real const per_m = one / m;
+                g = n * per_m;
+                h = 2.0f * (by_s - g * m_by_s) * per_m;
+            }
+        }
+        Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]), t = A::multiply_add(p1, y, p2 * x);
+        d00 = A::multiply_add(h * x, x, g) + A::multiply_add(p2, x + x, t);
+        d11 = A::multiply_add(h * y, y, g) + A::multiply_add(p1, y + y, t);
+        d01 = A::multiply_add(h * x, y, A::multiply_add(p1, x, p2 * y));
+        Real const dx = sx - x, dy = sy - y;
+        u = A::multiply_add(x, g + t, A::multiply_add(d00, dx, A::multiply_add(d01, dy, 0.5f * p2 * s)));
+        v = A::multiply_add(y, g + t, A::multiply_add(d01, dx, A::multiply_add(d11, dy, 0.5f * p1 * s)));
+    }
+};
+
+/// The slopes whose place in the picture of a lens of slopes is u, v, by Newton's method from u, v.
+template <class A>
+TILEMESH_KERNEL void unbend(Lens const& lens, typename A::Real const& u, typename A::Real const& v, typename A::Real& x,
+                            typename A::Real& y) noexcept
+{
+    x = u, y = v;
+    for (int i = 0; i < 10; ++i) {
+        BentSlopes<A> const at(lens, x, y);
+        auto const e = u - at.u, f = v - at.v, per = A::all(1.0f) / A::multiply_add(at.d00, at.d11, -(at.d01 * at.d01));
+        x = A::multiply_add(A::multiply_add(at.d11, e, -(at.d01 * f)), per, x);
+        y = A::multiply_add(A::multiply_add(at.d00, f, -(at.d01 * e)), per, y);
+    }
+}
+
 /// A lens that bends, at one mean in view space: where the mean is in the picture, in focal lengths, and the Jacobian there as M [across; down],
 /// with `across` and `down` as covectors of view space and M in pixels per unit of length.
 template <class A>
@@ -55,9 +115,11 @@ struct Bent {
     Real u, v;
     Vector3<A> across, down;
     Real mix[4];             ///< M, row by row
+    Real x, y;               ///< of a lens of slopes: those of the Jacobian
     Real depth;              ///< z, or the distance of a fisheye
     typename A::Mask seen;
 
+    Bent() noexcept = default;
     /// `p`: the mean in view space.
     TILEMESH_KERNEL Bent(Camera const& c, Vector3<A> const& p) noexcept
     {
@@ -77,47 +139,16 @@ private:
     TILEMESH_KERNEL static Real total(Vector3<A> const& w) noexcept { return A::magnitude(w.x) + A::magnitude(w.y) + A::magnitude(w.z); }
     TILEMESH_KERNEL void by_slopes(Camera const& c, Vector3<A> const& p) noexcept
     {
-        Lens const& lens = c.lens;
-        Real const zero = A::all(0.0f), one = A::all(1.0f), x = p.x / p.z, y = p.y / p.z;
-        Real const r2 = A::multiply_add(x, x, y * y), most = A::all(lens.limit * lens.limit);
-        auto const beyond = r2 > most;
-        Real const in = A::select(beyond, A::square_root(most / r2), one);
-        Real const x0 = x * in, y0 = y * in, s = A::select(beyond, most, r2);
-        Real g = one, h = zero; // the factor of the slopes, and its derivative by r over r
-        Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]);
-        if (lens.kind == LensKind::fov) {
-            float const t = twice_tangent(lens.k[0]), per_omega = 1.0f / lens.k[0];
-            Real const r = A::square_root(s), none = A::all(1e-12f);
-            auto const off = r > none;
-            Real const slope = A::all(t * per_omega) / A::multiply_add(s, A::all(t * t), one);
-            g = A::select(off, angle_of<A>(one, r * t) * per_omega / A::select(off, r, one), A::all(t * per_omega));
-            h = A::select(off, (slope - g) / A::select(off, s, one), zero);
-        } else {
-            float const* const k = lens.k;
-            Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
-            Real const by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
-            g = n, h = 2.0f * by_s;
-            if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
-                Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
-                Real const m_by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
-                Real const per_m = one / m;
-                g = n * per_m;
-                h = 2.0f * (by_s - g * m_by_s) * per_m;
-            }
-        }
-        Real const t = A::multiply_add(p1, y0, p2 * x0);
-        Real const d00 = A::multiply_add(h * x0, x0, g) + A::multiply_add(p2, x0 + x0, t);
-        Real const d11 = A::multiply_add(h * y0, y0, g) + A::multiply_add(p1, y0 + y0, t);
-        Real const d01 = A::multiply_add(h * x0, y0, A::multiply_add(p1, x0, p2 * y0));
-        u = A::multiply_add(x0, g + t, A::multiply_add(d00, x - x0, A::multiply_add(d01, y - y0, 0.5f * p2 * s)));
-        v = A::multiply_add(y0, g + t, A::multiply_add(d01, x - x0, A::multiply_add(d11, y - y0, 0.5f * p1 * s)));
-        across = {one, zero, -x0};
-        down = {zero, one, -y0};
+        Real const zero = A::all(0.0f), one = A::all(1.0f);
+        BentSlopes<A> const at(c.lens, p.x / p.z, p.y / p.z);
+        u = at.u, v = at.v, x = at.x, y = at.y;
+        across = {one, zero, -x};
+        down = {zero, one, -y};
         Real const px = A::all(c.fx) / p.z, py = A::all(c.fy) / p.z;
-        mix[0] = px * d00, mix[1] = px * d01, mix[2] = py * d01, mix[3] = py * d11;
+        mix[0] = px * at.d00, mix[1] = px * at.d01, mix[2] = py * at.d01, mix[3] = py * at.d11;
         depth = p.z;
         seen = depth > A::all(c.near_depth);
-        if (lens.ends != 0) seen = A::every(seen, r2 < most);
+        if (c.lens.ends != 0) seen = A::every(seen, A::negation(at.beyond));
     }
     TILEMESH_KERNEL void by_angle(Camera const& c, Vector3<A> const& p) noexcept
     {
@@ -137,6 +168,7 @@ private:
         Real const distance = theta * g;
         u = distance * ex, v = distance * ey;
         // Outward, (z e - rho e_z) slope / |p|^2; around, the distance over rho.
+        x = y = zero;
         across = {p.z * ex, p.z * ey, -rho};
         down = {-ey, ex, zero};
         Real const outward = slope / all, around = A::select(off, distance / safe, one / p.z);
@@ -146,16 +178,42 @@ private:
         depth = length<A>(p);
         seen = A::every(depth > A::all(c.near_depth), theta < A::all(lens.limit));
     }
-    /// 2 tan(omega / 2), by tan = sin / cos of series that are good to a float up to 3 radians.
-    static float twice_tangent(float omega) noexcept
+};
+
+/// The second derivatives of a lens of slopes at x, y, without its limit: u_xx, u_xy = v_xx, u_yy = v_xy, v_yy.
+template <class A>
+struct LensCurvature {
+    using Real = typename A::Real;
+    Real u_xx, u_xy, u_yy, v_yy;
+
+    TILEMESH_KERNEL LensCurvature(Lens const& lens, Real const& x, Real const& y) noexcept
     {
-        float const x = 0.5f * omega, s = x * x;
-        float sine = 0, cosine = 0;
-        for (float const term : {-7.6471637e-13f, 1.6059044e-10f, -2.5052108e-8f, 2.7557319e-6f, -1.9841270e-4f, 8.3333333e-3f, -0.16666667f, 1.0f})
-            sine = sine * s + term;
-        for (float const term : {4.7794773e-14f, -1.1470746e-11f, 2.0876757e-9f, -2.7557319e-7f, 2.4801587e-5f, -1.3888889e-3f, 4.1666667e-2f, -0.5f, 1.0f})
-            cosine = cosine * s + term;
-        return 2.0f * x * sine / cosine;
+        Real const zero = A::all(0.0f), one = A::all(1.0f), two = A::all(2.0f), s = A::multiply_add(x, x, y * y);
+        Real once = zero, twice = zero; // the derivatives of the factor of the slopes by s
+        float const* const k = lens.k;
+        if (lens.kind == LensKind::fov) {
+            Real const t2 = A::all(k[1] * k[1]), r = A::square_root(s), per = one / A::multiply_add(s, t2, one), slope = A::all(k[1] / k[0]) * per;
+            auto const off = r > A::all(1e-12f);
+            Real const per_s = one / A::select(off, s, one), g = angle_of<A>(one, r * k[1]) * (1.0f / k[0]) / A::select(off, r, one);
+            once = A::select(off, (slope - g) * per_s * A::all(0.5f), zero);
+            twice = A::select(off, (-(slope * per * t2) - A::all(3.0f) * once) * per_s * A::all(0.5f), zero);
+        } else {
+            once = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
+            twice = A::multiply_add(s, A::all(6 * k[2]), A::all(2 * k[1]));
+            if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
+                Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
+                Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
+                Real const m1 = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
+                Real const m2 = A::multiply_add(s, A::all(6 * k[5]), A::all(2 * k[4])), per_m = one / m, g = n * per_m;
+                once = (once - g * m1) * per_m;
+                twice = (twice - two * once * m1 - g * m2) * per_m;
+            }
+        }
+        Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]), xx = x * x, yy = y * y, four = A::all(4.0f), six = A::all(6.0f);
+        u_xx = x * A::multiply_add(four * xx, twice, six * once) + A::all(3.0f) * p2;
+        u_xy = y * A::multiply_add(four * xx, twice, two * once) + p1;
+        u_yy = x * A::multiply_add(four * yy, twice, two * once) + p2;
+        v_yy = y * A::multiply_add(four * yy, twice, six * once) + A::all(3.0f) * p1;
     }
 };
 

@@ -25,7 +25,7 @@ LensPoint<T> through_lens(Camera const& camera, T const (&p)[3]) noexcept
         T const rho = std::sqrt(rho2), theta = std::atan2(rho, p[2]);
         if (!(theta < T(lens.limit)) || !(all > 0)) return out;
         T distance, slope;
-        detail::lens_radius<T>(lens, theta, distance, slope);
+        lens_radius<T>(lens, theta, distance, slope);
         bool const off = rho > T(1e-4f) * std::fabs(p[2]);
         T const g = off ? distance / rho : 1 / p[2], q = off ? (slope * p[2] / all - g) / rho2 : T(0); // of x_i x_j
         for (int i = 0; i < 2; ++i) {

@@ -56,6 +56,7 @@ inline void bound_lens(Camera& c) noexcept
     bool const angle = lens.kind == LensKind::fisheye;
     lens.limit = folds ? 0.95f * reach.fold : angle ? reach.fold : widest;
     lens.ends = angle || folds ? 1 : 0;
+    if (lens.kind == LensKind::fov) lens.k[1] = detail::twice_tangent(lens.k[0]);
 }
 
 inline View make_view(Camera const& camera, Rules const& rules) noexcept

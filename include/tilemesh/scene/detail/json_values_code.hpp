@@ -35,7 +35,8 @@ TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, LensValues& v
         else if (part == JsonPart::number && !yes_or_no && values.list.size() <= values.coefficients.size()) values.list.push_back(number());
         bool const names = key + 1 == std::size(distortion_keys);
         if (part == JsonPart::text && names) values.model = word;
-        odd = odd || part == JsonPart::begin_object || open > 1 || (part == JsonPart::begin_list && one) || (part == JsonPart::number && (yes_or_no || names)) ||
+        odd = odd || part == JsonPart::begin_object || open > 1 || (part == JsonPart::begin_list && one) ||
+              (part == JsonPart::number && (yes_or_no || names)) ||
               (part == JsonPart::text && !names) || (part == JsonPart::other && text() == "true" && !yes_or_no);
         if (part == JsonPart::other && text() == "true") values.fisheye = yes_or_no;
         if (part == JsonPart::text && !fault_of_projection(text()).empty()) model = text();

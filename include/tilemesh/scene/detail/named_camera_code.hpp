@@ -55,7 +55,8 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
 {
     auto const is = [&](auto const*... names) { return ((values.model == names) || ...); };
     auto const& c = values.coefficients;
-    bool const fisheye = values.fisheye || is("opencv_fisheye", "fisheye", "equidistant", "kannala_brandt", "simple_radial_fisheye", "radial_fisheye");
+    bool const fisheye =
+        values.fisheye || is("opencv_fisheye", "fisheye", "equidistant", "kannala_brandt", "simple_radial_fisheye", "radial_fisheye");
     bool const plain = is("", "none", "pinhole", "simple_pinhole", "perspective", "simple_radial", "radial", "opencv", "full_opencv", "brown");
     splat::Lens lens{};
     if (is("fov") && values.odd == 0) {
@@ -79,7 +80,8 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
         return fault = "its lens is a fisheye, and has coefficients that a fisheye has not (k1 to k4)", lens;
     // Some programs mean r^8 by the k4 of a perspective, OpenCV means its denominator.
     if (!fisheye && c[3] != 0.0 && c[4] == 0.0 && c[5] == 0.0 && values.model != "full_opencv")
-        return fault = "the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator", lens;
+        return fault = "the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator",
+               lens;
     bool const bends = std::any_of(k.begin(), k.end(), [](double v) { return v != 0.0; });
     lens.kind = fisheye ? splat::LensKind::fisheye : bends ? splat::LensKind::opencv : splat::LensKind::pinhole;
     for (std::size_t i = 0; i < 6; ++i) lens.k[i] = static_cast<float>(k[i]);

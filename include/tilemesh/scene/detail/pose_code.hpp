@@ -202,6 +202,13 @@ TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who)
                     " knows pinholes alone); undistort the pictures, and give the pinhole camera that they have then");
 }
 
+TILEMESH_HOST void check_no_fisheye(splat::Camera const& camera, char const* who)
+{
+    if (camera.lens.kind == splat::LensKind::fisheye)
+        throw Error(std::string("a camera with a fisheye (") + who +
+                    " knows pinholes, opencv and fov); undistort the pictures, and give the pinhole camera that they have then");
+}
+
 TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth)
 {
     detail::require_pixels(size.width, size.height);

@@ -128,7 +128,8 @@ public:
                                 "file); put the picture there, or give a size as in --size 800x800");
                 ++sized;
             }
-            cameras.push_back({"", "", frame.name, camera_of(frame, size, distorted), glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
+            cameras.push_back({"", "", frame.name, camera_of(frame, size, distorted),
+                               glm::dvec3{frame.to_world[3], frame.to_world[7], frame.to_world[11]}});
             cameras.back().mask = frame.mask;
             auto const& lens = cameras.back().camera;
             using L = TransformsLens;

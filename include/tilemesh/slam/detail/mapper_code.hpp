@@ -77,7 +77,8 @@ inline std::vector<splat::Gaussian> Mapper::Work::missing_in(View const& view, s
     namespace map = splat::map;
     mapping::Seen seen;
     with_refiner([&](auto& r) { r.measure(view.camera, view.target, &seen); }); // refuses a target of another size
-    auto const& c = view.camera;
+    auto c = view.camera;
+    splat::bound_lens(c);
     auto const grid = map::CellGrid::of(c.width, c.height, options.insert.cell);
     std::vector<splat::Gaussian> out;
     for (std::uint32_t row = 0; row < grid.rows; ++row)

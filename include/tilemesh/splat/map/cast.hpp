@@ -45,7 +45,7 @@ struct ProjectRecords {
     void operator()(Here here, Broadcast<StepParameters> step, Records const& records, Entries& entries, Worker worker) const noexcept
     {
         for (std::uint32_t i = worker.index; i < entries.size(); i += worker.count)
-            set(entries[i], project<Pinhole>(records[i], step->view, step->tiling), records[i].id, *step, here.tile);
+            set(entries[i], project(records[i], step->view, step->tiling), records[i].id, *step, here.tile);
     }
     /// For a cost model. A projection's price is that of one worker; all work at once, and wait for the one with the most.
     static splat::Operations operations(Entries const& entries, Worker worker) noexcept
@@ -80,7 +80,7 @@ struct ProjectShaded {
                     Entries& entries, Worker worker) const noexcept
     {
         for (std::uint32_t i = worker.index; i < entries.size(); i += worker.count)
-            set(entries[i], project<Pinhole>(records[i], step->view, step->tiling), records[i], states[i], *step, here.tile);
+            set(entries[i], project(records[i], step->view, step->tiling), records[i], states[i], *step, here.tile);
     }
     /// For a cost model, as `ProjectRecords`. A splat that nothing shows is not shaded.
     static ShadedOperations operations(Entries const& entries, Worker worker) noexcept

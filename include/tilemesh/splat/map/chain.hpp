@@ -53,7 +53,9 @@ struct ViewSlope {
 /// The colour's slope is there also where a colour is 0: the optimiser clamps after its step, or a black splat would stay black. Requires
 /// the sums of this Gaussian in this view. The sets of pairs are constant. Cost: about 200 multiply-adds, five
 /// divisions, three roots.
-template <class A>
+///
+/// Through a lens of slopes, J moves with the mean by the second derivatives of the lens, up to its limit. A fisheye has no chain rule here.
+template <class A, class Optics = AnyLens>
 TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> const& g, View const& view, Moments<A> const& m,
                                             Slopes<A>& out) noexcept
 {
@@ -76,12 +78,15 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
     Vector const axis[3] = {{one - (yy + zz), xy + wz, xz - wy}, {xy - wz, one - (xx + zz), yz + wx}, {xz + wy, yz - wx, one - (xx + yy)}};
     Vector const scale{A::exponential(g.log_scale.x), A::exponential(g.log_scale.y), A::exponential(g.log_scale.z)};
     splat::detail::Factor<A> f;
+    bool const bends = Optics::bends && c.lens.kind != LensKind::pinhole;
     f.jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
     f.jy = splat::detail::limited<A>(sy, view.rules.slope_limit[1]);
     f.px_per_x = A::all(c.fx) / z;
     f.px_per_y = A::all(c.fy) / z;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
-    f.multiply(scale);
+    splat::detail::Bent<A> const bent = bends ? splat::detail::Bent<A>(c, {dot(w0, d), dot(w1, d), z}) : splat::detail::Bent<A>();
+    if (bends) f.multiply(scale, bent);
+    else f.multiply(scale);
     Real const free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
     Real const free_y = A::select(A::magnitude(sy) <= A::all(view.rules.slope_limit[1]), one, zero);
 
@@ -117,30 +122,58 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
         log_scale[2] = log_scale[2] + A::multiply_add(more1.z, f.row1.z, more2.z * f.row2.z);
     }
 
-    // Slopes by the axes W R of the Gaussian, in view space, and by the slopes of J.
-    Vector const e1{dv1.x * f.px_per_x * scale.x, dv1.y * f.px_per_x * scale.y, dv1.z * f.px_per_x * scale.z};
-    Vector const e2{dv2.x * f.px_per_y * scale.x, dv2.y * f.px_per_y * scale.y, dv2.z * f.px_per_y * scale.z};
-    Vector const depths{f.axis[0].z, f.axis[1].z, f.axis[2].z};
-    Real const by_jx = -dot(e1, depths) * free_x, by_jy = -dot(e2, depths) * free_y;
-
-    // The mean: through the screen, through J, through the focal lengths over the depth, and its own depth.
+    // Slopes by the axes W R of the Gaussian, in view space, and by the mean: through the screen, through J, and its own depth.
     Real const sizes = log_scale[0] + (log_scale[1] + log_scale[2]);
-    Real const from_u = by_u * f.px_per_x, from_v = by_v * f.px_per_y;
-    detail::ViewSlope<A> const p{A::multiply_add(by_jx, per_z, from_u), A::multiply_add(by_jy, per_z, from_v),
-                                 m.of[w_depth] - A::multiply_add(from_u, sx, from_v * sy) -
-                                     (sizes + A::multiply_add(by_jx, f.jx, by_jy * f.jy)) * per_z};
+    Real along_x[3], along_y[3], along_z[3];
+    detail::ViewSlope<A> p;
+    if (bends) {
+        Vector const e1{dv1.x * scale.x, dv1.y * scale.y, dv1.z * scale.z}, e2{dv2.x * scale.x, dv2.y * scale.y, dv2.z * scale.z};
+        Vector const j1 = detail::combined<A>(bent.mix[0], bent.across, bent.mix[1], bent.down);
+        Vector const j2 = detail::combined<A>(bent.mix[2], bent.across, bent.mix[3], bent.down);
+        Real const of1[3] = {e1.x, e1.y, e1.z}, of2[3] = {e2.x, e2.y, e2.z};
+        Vector by1{zero, zero, zero}, by2 = by1; // slopes by the rows of J
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            along_x[i] = A::multiply_add(of1[i], j1.x, of2[i] * j2.x);
+            along_y[i] = A::multiply_add(of1[i], j1.y, of2[i] * j2.y);
+            along_z[i] = A::multiply_add(of1[i], j1.z, of2[i] * j2.z);
+            by1 = {A::multiply_add(of1[i], f.axis[i].x, by1.x), A::multiply_add(of1[i], f.axis[i].y, by1.y),
+                   A::multiply_add(of1[i], f.axis[i].z, by1.z)};
+            by2 = {A::multiply_add(of2[i], f.axis[i].x, by2.x), A::multiply_add(of2[i], f.axis[i].y, by2.y),
+                   A::multiply_add(of2[i], f.axis[i].z, by2.z)};
+        }
+        splat::detail::LensCurvature<A> const bend(c.lens, bent.x, bent.y);
+        Real const q1x = by1.x - bent.x * by1.z, q1y = by1.y - bent.y * by1.z, q2x = by2.x - bent.x * by2.z, q2y = by2.y - bent.y * by2.z;
+        Real const fx = f.px_per_x * per_z, fy = f.px_per_y * per_z;
+        Real const inside = A::select(A::every(bent.x == sx, bent.y == sy), one, zero);
+        Real const tx = fx * A::multiply_add(bend.u_xx, q1x, bend.u_xy * q1y) + fy * A::multiply_add(bend.u_xy, q2x, bend.u_yy * q2y);
+        Real const ty = fx * A::multiply_add(bend.u_xy, q1x, bend.u_yy * q1y) + fy * A::multiply_add(bend.u_yy, q2x, bend.v_yy * q2y);
+        Real const g1 = by1.z * per_z, g2 = by2.z * per_z;
+        Real const from_x = A::multiply_add(by_u, bent.mix[0], by_v * bent.mix[2]), from_y = A::multiply_add(by_u, bent.mix[1], by_v * bent.mix[3]);
+        p = {from_x + inside * (tx - A::multiply_add(g1, j1.x, g2 * j2.x)), from_y + inside * (ty - A::multiply_add(g1, j1.y, g2 * j2.y)),
+             m.of[w_depth] - A::multiply_add(from_x, sx, from_y * sy) - sizes * per_z -
+                 inside * (A::multiply_add(g1, j1.z, g2 * j2.z) + A::multiply_add(bent.x, tx, bent.y * ty))};
+    } else {
+        Vector const e1{dv1.x * f.px_per_x * scale.x, dv1.y * f.px_per_x * scale.y, dv1.z * f.px_per_x * scale.z};
+        Vector const e2{dv2.x * f.px_per_y * scale.x, dv2.y * f.px_per_y * scale.y, dv2.z * f.px_per_y * scale.z};
+        Vector const depths{f.axis[0].z, f.axis[1].z, f.axis[2].z};
+        Real const by_jx = -dot(e1, depths) * free_x, by_jy = -dot(e2, depths) * free_y;
+        Real const from_u = by_u * f.px_per_x, from_v = by_v * f.px_per_y;
+        p = {A::multiply_add(by_jx, per_z, from_u), A::multiply_add(by_jy, per_z, from_v),
+             m.of[w_depth] - A::multiply_add(from_u, sx, from_v * sy) - (sizes + A::multiply_add(by_jx, f.jx, by_jy * f.jy)) * per_z};
+        Real const across_x[3] = {e1.x, e1.y, e1.z}, across_y[3] = {e2.x, e2.y, e2.z};
+        for (std::uint32_t i = 0; i < 3; ++i)
+            along_x[i] = across_x[i], along_y[i] = across_y[i], along_z[i] = -A::multiply_add(f.jx, across_x[i], f.jy * across_y[i]);
+    }
     for (std::uint32_t i = 0; i < 3; ++i)
         out.of[i] = A::multiply_add(A::all(c.rotation[0][i]), p.x, A::multiply_add(A::all(c.rotation[1][i]), p.y,
             A::all(c.rotation[2][i]) * p.z));
 
     // The quaternion: slopes by R in world space, then by R(q / |q|); the part along q is 0.
     Real turn[3][3]; // [row][axis]
-    Real const along_x[3] = {e1.x, e1.y, e1.z}, along_y[3] = {e2.x, e2.y, e2.z};
     for (std::uint32_t j = 0; j < 3; ++j) {
-        Real const along_z = -A::multiply_add(f.jx, along_x[j], f.jy * along_y[j]);
         for (std::uint32_t i = 0; i < 3; ++i)
             turn[i][j] = A::multiply_add(A::all(c.rotation[0][i]), along_x[j],
-                                         A::multiply_add(A::all(c.rotation[1][i]), along_y[j], A::all(c.rotation[2][i]) * along_z));
+                                         A::multiply_add(A::all(c.rotation[1][i]), along_y[j], A::all(c.rotation[2][i]) * along_z[j]));
     }
     Real const turn_x = turn[2][1] - turn[1][2], turn_y = turn[0][2] - turn[2][0], turn_z = turn[1][0] - turn[0][1];
     Real const sxy = turn[0][1] + turn[1][0], sxz = turn[0][2] + turn[2][0], syz = turn[1][2] + turn[2][1];
@@ -167,14 +200,15 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
 using RecordSlopes = Slopes<splat::detail::OneFloat>;
 
 /// `chain_rule` for a record.
-inline bool slopes_of(Gaussian const& g, View const& view, Moments<splat::detail::OneFloat> const& m, RecordSlopes& out) noexcept
+template <class Optics = AnyLens>
+bool slopes_of(Gaussian const& g, View const& view, Moments<splat::detail::OneFloat> const& m, RecordSlopes& out) noexcept
 {
     splat::detail::GaussianWords<splat::detail::OneFloat> const words{{g.mean_world[0], g.mean_world[1], g.mean_world[2]},
                                                                       {g.colour[0], g.colour[1], g.colour[2]},
                                                                       g.opacity,
                                                                       {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]},
                                                                       {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
-    return chain_rule<splat::detail::OneFloat>(words, view, m, out);
+    return chain_rule<splat::detail::OneFloat, Optics>(words, view, m, out);
 }
 
 }}} // namespace tilemesh::splat::map

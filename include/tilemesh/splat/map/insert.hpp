@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/config.hpp>
+#include <tilemesh/splat/bend.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>
@@ -103,8 +104,16 @@ inline Gaussian gaussian_of_cell(CellSums const& of, Camera const& c, CellGrid c
     };
     float const depth = of.mean_depth(), n = static_cast<float>(of.pixels);
     float const x = middle(column, grid.cell, c.width) - c.cx, y = middle(row, grid.cell, c.height) - c.cy;
-    float const view[3] = {x / c.fx * depth, y / c.fy * depth, depth};
-    float const log_scale = logarithm(r.deviation * static_cast<float>(grid.cell) * depth / c.fx);
+    float sx = x / c.fx, sy = y / c.fy, size = r.deviation * static_cast<float>(grid.cell) * depth / c.fx;
+    if (c.lens.kind != LensKind::pinhole) {
+        using splat::detail::OneFloat;
+        float const u = sx, v = sy;
+        splat::detail::unbend<OneFloat>(c.lens, u, v, sx, sy);
+        splat::detail::BentSlopes<OneFloat> const at(c.lens, sx, sy);
+        size = size / std::sqrt(multiply_add(at.d00, at.d11, -(at.d01 * at.d01)));
+    }
+    float const view[3] = {sx * depth, sy * depth, depth};
+    float const log_scale = logarithm(size);
     Gaussian g{};
     for (std::uint32_t i = 0; i < 3; ++i) {
         float const across = multiply_add(c.rotation[0][i], view[0], c.rotation[1][i] * view[1]);

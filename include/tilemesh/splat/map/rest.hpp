@@ -59,7 +59,7 @@ struct FindGoals {
     void operator()(Here here, Broadcast<StepParameters> step, Records const& records, Goals& goals, Worker worker) const noexcept
     {
         for (std::uint32_t i = worker.index; i < records.size(); i += worker.count)
-            goals[i] = goal_of(project<Pinhole>(records[i], step->view, step->tiling), here.tile);
+            goals[i] = goal_of(project(records[i], step->view, step->tiling), here.tile);
     }
     /// For a cost model, as `ProjectRecords`.
     static splat::Operations operations(Records const& records, Worker worker) noexcept

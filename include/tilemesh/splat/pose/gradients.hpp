@@ -137,11 +137,25 @@ struct MakeGradientRows {
         for (std::uint32_t column = 0; column < block_width; column += N) {
             // How the point in the middle of the cell moves in the picture, in cells.
             Floats<N> const depth = load<N>(own.depth + column + 1), per_z = one / depth;
-            Floats<N> const sx = (load<N>(from.x + column) + 0.5f - camera.cx * per_cell) / fx;
-            Floats<N> const sy = broadcast<N>(y + 0.5f - camera.cy * per_cell) / fy;
-            Floats<N> const du[motions] =
+            Floats<N> sx = (load<N>(from.x + column) + 0.5f - camera.cx * per_cell) / fx;
+            Floats<N> sy = broadcast<N>(y + 0.5f - camera.cy * per_cell) / fy;
+            bool const bends = camera.lens.kind != LensKind::pinhole;
+            if (bends) {
+                Floats<N> const u = sx, v = sy;
+                unbend<A>(camera.lens, u, v, sx, sy);
+            }
+            Floats<N> du[motions] =
                 {fx * per_z, zero, -(fx * sx * per_z), -(fx * sx * sy), fx * multiply_add_lanes<N>(sx, sx, one), -(fx * sy)};
-            Floats<N> const dv[motions] = {zero, fy * per_z, -(fy * sy * per_z), -(fy * multiply_add_lanes<N>(sy, sy, one)), fy * sx * sy, fy * sx};
+            Floats<N> dv[motions] = {zero, fy * per_z, -(fy * sy * per_z), -(fy * multiply_add_lanes<N>(sy, sy, one)), fy * sx * sy, fy * sx};
+            if (bends) {
+                BentSlopes<A> const at(camera.lens, sx, sy);
+                Floats<N> const d01 = at.d01 * (fx / fy), d10 = at.d01 * (fy / fx);
+                for (std::uint32_t j = 0; j < motions; ++j) {
+                    Floats<N> const along = du[j], down = dv[j];
+                    du[j] = multiply_add_lanes<N>(at.d00, along, d01 * down);
+                    dv[j] = multiply_add_lanes<N>(d10, along, at.d11 * down);
+                }
+            }
             Words<N> counts = (load<N>(own.weight + column + 1) > least_coverage) & (depth > 0.0f);
             Floats<N> residual[3], gained[3], motion[3][motions];
             for (std::uint32_t c = 0; c < 3; ++c) {

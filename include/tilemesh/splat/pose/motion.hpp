@@ -37,13 +37,13 @@ inline Terms terms_of(Gaussian const& g, View const& view, TileSize const& tile)
                                                        {g.log_scale[0], g.log_scale[1], g.log_scale[2]}};
     splat::detail::SplatWords<OneFloat> same;
     splat::detail::PoseWords<OneFloat> pose{};
-    if (!splat::detail::project_words<OneFloat, Pinhole>(words, view, tile, same, pose).visible) return {};
+    if (!splat::detail::project_words<OneFloat, AnyLens>(words, view, tile, same, pose).visible) return {};
     return {pose.along_depth, pose.across_depth};
 }
 /// `project`, with the two words of the derivative.
 inline PoseSplat project(Gaussian const& g, View const& view, TileSize const& tile) noexcept
 {
-    return PoseSplat(splat::project<Pinhole>(g, view, tile), terms_of(g, view, tile));
+    return PoseSplat(splat::project(g, view, tile), terms_of(g, view, tile));
 }
 
 /// The derivative of a splat's power by one motion. With dx, dy from the mean to a pixel and off = dy - slope dx:
@@ -72,6 +72,10 @@ struct MotionBasis {
     Real px, py;              ///< pixels per world unit
     Real fx, fy, ratio, per_ratio;
     Real h_a, nn_a, a_s;      ///< dilation / a, n . n / a, a / (the variance across)
+    bool bends = false;       ///< through a lens of slopes; then:
+    Real d00, d01, d11;       ///< its derivatives
+    Real per_determinant;     ///< of these
+    Real u_xx, u_xy, u_yy, v_yy;
 
     TILEMESH_KERNEL MotionBasis(MovingSplat<A> const& s, View const& view) noexcept
     {
@@ -82,17 +86,38 @@ struct MotionBasis {
         ratio = fx / fy, per_ratio = fy / fx;
         per_z = one / s.depth;
         sx = s.mean_x / fx, sy = s.mean_y / fy;
-        jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
-        jy = splat::detail::limited<A>(sy, view.rules.slope_limit[1]);
-        free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
-        free_y = A::select(A::magnitude(sy) <= A::all(view.rules.slope_limit[1]), one, zero);
+        if (view.camera.lens.kind != LensKind::pinhole) {
+            bend(view.camera.lens);
+        } else {
+            jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
+            jy = splat::detail::limited<A>(sy, view.rules.slope_limit[1]);
+            free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
+            free_y = A::select(A::magnitude(sy) <= A::all(view.rules.slope_limit[1]), one, zero);
+        }
         px = fx * per_z, py = fy * per_z;
         h_a = A::all(-2.0f * view.rules.dilation) * along;
         a_s = across / along;
         nn_a = along / across - h_a * A::multiply_add(k, k, one);
     }
+
+private:
+    /// A lens knows the mean's place, and not its slopes. They are found again, and the Jacobian moves up to the limit of the lens.
+    TILEMESH_KERNEL void bend(Lens const& lens) noexcept
+    {
+        Real const u = sx, v = sy;
+        splat::detail::unbend<A>(lens, u, v, sx, sy);
+        splat::detail::BentSlopes<A> const at(lens, sx, sy);
+        splat::detail::LensCurvature<A> const curvature(lens, at.x, at.y);
+        bends = true;
+        jx = at.x, jy = at.y;
+        free_x = free_y = A::select(at.beyond, A::all(0.0f), A::all(1.0f));
+        d00 = at.d00, d01 = at.d01, d11 = at.d11;
+        per_determinant = A::all(1.0f) / A::multiply_add(d00, d11, -(d01 * d01));
+        u_xx = curvature.u_xx, u_xy = curvature.u_xy, u_yy = curvature.u_yy, v_yy = curvature.v_yy;
+    }
 };
-/// How one motion moves the mean's slopes, and the rows of V: dv1 = p1 v1 + q1 v2 + kx u3 and dv2 = q2 v1 + (p1 + dp) v2 + ky u3.
+/// How one motion moves the mean's slopes (through a lens: its place over the focal lengths), and the rows of V:
+/// dv1 = p1 v1 + q1 v2 + kx u3 and dv2 = q2 v1 + (p1 + dp) v2 + ky u3.
 template <class A>
 struct RowMotion {
     typename A::Real dsx, dsy, kx, ky, p1, dp, q1, q2;
@@ -122,6 +147,27 @@ TILEMESH_KERNEL RowMotion<A> row_motion(MotionBasis<A> const& b) noexcept
         m.dsx = -b.sy, m.dsy = b.sx;
         kx = -b.jy, ky = b.jx;
         m.q1 = -b.ratio, m.q2 = b.per_ratio;
+    }
+    if (b.bends) {
+        // With D of the lens: dV = (-dz/z + (dD + D R) D^-1) V + D (k - ds) u3, R the rotation's part in slopes.
+        Real const r11 = J == Column::phi_y ? b.jx : zero, r12 = J == Column::phi_x ? -b.jx : J == Column::phi_z ? -one : zero;
+        Real const r21 = J == Column::phi_y ? b.jy : J == Column::phi_z ? one : zero, r22 = J == Column::phi_x ? -b.jy : zero;
+        Real const inverse_depth = J == Column::rho_z ? -b.per_z : J == Column::phi_x ? -b.sy : J == Column::phi_y ? b.sx : zero;
+        Real const tx = b.free_x * m.dsx, ty = b.free_y * m.dsy;
+        Real const n11 = A::multiply_add(b.u_xx, tx, b.u_xy * ty) + A::multiply_add(b.d00, r11, b.d01 * r21);
+        Real const turned = A::multiply_add(b.u_xy, tx, b.u_yy * ty);
+        Real const n12 = turned + A::multiply_add(b.d00, r12, b.d01 * r22), n21 = turned + A::multiply_add(b.d01, r11, b.d11 * r21);
+        Real const n22 = A::multiply_add(b.u_yy, tx, b.v_yy * ty) + A::multiply_add(b.d01, r12, b.d11 * r22);
+        m.p1 = A::multiply_add(A::multiply_add(n11, b.d11, -(n12 * b.d01)), b.per_determinant, inverse_depth);
+        m.q1 = A::multiply_add(n12, b.d00, -(n11 * b.d01)) * b.per_determinant * b.ratio;
+        m.q2 = A::multiply_add(n21, b.d11, -(n22 * b.d01)) * b.per_determinant * b.per_ratio;
+        m.dp = A::multiply_add(A::multiply_add(n22, b.d00, -(n21 * b.d01)), b.per_determinant, inverse_depth) - m.p1;
+        Real const gx = kx - tx, gy = ky - ty, dsx = m.dsx, dsy = m.dsy;
+        m.kx = b.px * A::multiply_add(b.d00, gx, b.d01 * gy);
+        m.ky = b.py * A::multiply_add(b.d01, gx, b.d11 * gy);
+        m.dsx = A::multiply_add(b.d00, dsx, b.d01 * dsy);
+        m.dsy = A::multiply_add(b.d01, dsx, b.d11 * dsy);
+        return m;
     }
     m.kx = b.px * (kx - b.free_x * m.dsx);
     m.ky = b.py * (ky - b.free_y * m.dsy);

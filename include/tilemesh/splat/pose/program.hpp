@@ -16,6 +16,7 @@ namespace pose {
 /// The frame's parameters of a program that tracks by value: its tiles project records to PoseSplats.
 struct PoseParameters : FrameParameters {
     static constexpr char const* name = "frame parameters (tracking)";
+    static constexpr bool bends = true;
 };
 } // namespace pose
 
@@ -24,7 +25,7 @@ struct Access<pose::PoseParameters> : Access<FrameParameters> {
     template <class Record>
     static pose::PoseSplat project(Record const& record, FrameParameters const& frame) noexcept
     {
-        return pose::PoseSplat(splat::project<Pinhole>(record, frame.view, frame.tiling), pose::terms_of(record, frame.view, frame.tiling));
+        return pose::PoseSplat(splat::project(record, frame.view, frame.tiling), pose::terms_of(record, frame.view, frame.tiling));
     }
     TILEMESH_KERNEL static pose::Terms const& terms_of(FrameParameters const&, pose::PoseSplat const& s) noexcept { return s.terms; }
 };

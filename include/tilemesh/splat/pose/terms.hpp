@@ -24,7 +24,7 @@ struct TermsLanes {
         SplatWords<A> s;
         PoseWords<A> pose;
         pose.along_depth = pose.across_depth = Floats<N>{};
-        auto const [visible, stiff] = project_words<A, Pinhole>(g, view, tile, s, pose);
+        auto const [visible, stiff] = project_words<A, AnyLens>(g, view, tile, s, pose);
         float along[N], across[N];
         store(along, A::select(visible, pose.along_depth, Floats<N>{}));
         store(across, A::select(visible, pose.across_depth, Floats<N>{}));

@@ -1,0 +1,152 @@
+// Lenses that bend: how far the conic of the lens's Jacobian is from exact rays, and what projection through a lens costs.
+#include <algorithm>
+#include <cmath>
+#include <common/program.hpp>
+#include <common/scenes.hpp>
+#include <common/statistics.hpp>
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <tilemesh/report/exact_rays.hpp>
+#include <tilemesh/report/naive.hpp>
+#include <tilemesh/report/table.hpp>
+#include <tilemesh/report/whole_file.hpp>
+#include <tilemesh/scene/lens.hpp>
+#include <tilemesh/splat/project_all.hpp>
+#include <vector>
+
+namespace {
+
+using namespace tilemesh;
+using bench::fixed;
+
+struct Options : bench::Options {
+    std::vector<std::string> scenes;
+    std::uint32_t rounds = 15, threads = 2;
+};
+constexpr auto scene_words = shared::words_of(bench::scene_names);
+constexpr shared::Option<Options> rows[] = {
+    shared::words<&Options::scenes>("scene", "NAME", "{}; may be repeated [sloth, salad and the built-in map]", scene_words),
+    shared::option<&Options::rounds>("rounds", "N", "measured rounds of projection [15]", {1, 10'000}),
+    shared::option<&Options::threads>("threads", "N", "threads of the exact rays [2]", {1, 64})};
+shared::OptionTable table_of(Options& own)
+{
+    return bench::table_of({"lens",
+                            "Renders a scene through lenses: the conic that the kernels blend (J), and exact rays in double (E), both from the first pose of\n"
+                            "the recording (the built-in map: from its camera). PSNR is that of J against E over the pixels with a ray, for a peak of 1. Times\n"
+                            "are medians over rounds in which a pinhole of the same focal lengths and all lenses take turns.\n",
+                            "the built-in map unless scenes are named, pictures of 320 x 240, 3 rounds", "write the rows", false},
+                           own, rows);
+}
+
+struct Lens {
+    char const* name;
+    std::uint32_t width, height;
+    float fx, fy, cx, cy;
+    char const* text;
+};
+/// TUM's fr1, EuRoC's cam0 and TUM-VI's cam0 with their own calibrations; the others as a study of lenses takes them.
+constexpr Lens lenses[] = {
+    {"pinhole", 640, 480, 517.306408f, 516.469215f, 318.643040f, 255.313989f, "pinhole"},
+    {"TUM fr1", 640, 480, 517.306408f, 516.469215f, 318.643040f, 255.313989f, "opencv,0.262383,-0.953104,-0.005358,0.002628,1.163314"},
+    {"EuRoC", 752, 480, 458.654f, 457.296f, 367.215f, 248.375f, "opencv,-0.28340811,0.07395907,0.00019359,1.76187114e-05"},
+    {"FOV .93", 640, 480, 302, 302, 320, 240, "fov,0.93"},
+    {"fisheye 120", 640, 480, 305.577f, 305.577f, 320, 240, "fisheye"},
+    {"fisheye 180", 640, 480, 203.718f, 203.718f, 320, 240, "fisheye"},
+    {"TUM-VI 195", 512, 512, 190.978f, 190.973f, 254.932f, 256.897f, "fisheye,0.00348238940225,0.000715034845216,-0.00205323614187,0.000202936735918"}};
+
+splat::Camera through(Lens const& lens, splat::Camera camera, bool quick)
+{
+    float const by = quick ? 0.5f : 1;
+    camera.width = lens.width / (quick ? 2 : 1), camera.height = lens.height / (quick ? 2 : 1);
+    camera.fx = by * lens.fx, camera.fy = by * lens.fy, camera.cx = by * lens.cx, camera.cy = by * lens.cy;
+    camera.lens = scene::lens_of_text(lens.text);
+    return camera;
+}
+
+struct Row {
+    std::string scene, lens;
+    double psnr = 0, largest = 0, not_finite = 0, ns = 0, ratio = 0;
+};
+
+int run(Options options)
+{
+    bench::expect_folder_of(options.csv);
+    if (options.quick) options.rounds = std::min(options.rounds, 3u);
+    if (options.scenes.empty()) options.scenes = options.quick ? std::vector<std::string>{"built_in"} : std::vector<std::string>{"sloth", "salad", "built_in"};
+    std::vector<Row> out;
+    bool broken = false;
+    for (auto const& name : options.scenes) {
+        if (!bench::has_scene(name, options.data)) {
+            std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
+            continue;
+        }
+        auto const scene = bench::load_scene(name, options.data, {640, 480});
+        auto start = scene.camera;
+        if (name == "sloth" || name == "salad") { // the first pose of the recording is the world's
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) start.rotation[i][j] = i == j ? 1.0f : 0.0f;
+            start.position[0] = start.position[1] = start.position[2] = 0;
+            start.near_depth = 0.2f;
+        }
+        auto const& gaussians = scene.map.gaussians;
+        auto const n = static_cast<std::uint32_t>(gaussians.size());
+        splat::Rules const rules;
+        std::vector<splat::View> views;
+        std::vector<std::vector<double>> ns(std::size(lenses)), ratios(std::size(lenses));
+        for (auto const& lens : lenses) {
+            auto const camera = through(lens, start, options.quick);
+            views.push_back(splat::make_view(camera, rules));
+            Row row{name, lens.name};
+            auto const conics = report::render_naive(gaussians, camera, rules);
+            auto const exact = report::render_exact_rays(gaussians, camera, rules, options.threads);
+            double squares = 0, count = 0;
+            for (std::size_t i = 0; i < exact.rgb.size(); ++i) {
+                if (!std::isfinite(conics.rgb[i])) ++row.not_finite;
+                if (std::isnan(exact.rgb[i])) continue;
+                double const error = std::fabs(std::clamp(double{conics.rgb[i]}, 0.0, 1.0) - std::clamp(double{exact.rgb[i]}, 0.0, 1.0));
+                squares += error * error, ++count;
+                row.largest = std::max(row.largest, error);
+            }
+            row.psnr = 10 * std::log10(count / squares);
+            broken = broken || row.not_finite != 0;
+            out.push_back(row);
+        }
+        std::vector<splat::Splat> splats(n);
+        auto const tiling = splat::make_tiling(640, 480, 16, 16);
+        auto const time = [&](splat::View const& view) {
+            bench::Stopwatch watch;
+            for (int k = 0; k < 4; ++k) splat::project_all(gaussians.data(), n, view, tiling, splats.data());
+            return watch.lap() * 1e6 / (4.0 * n);
+        };
+        for (std::uint32_t round = 0; round < options.rounds + 2; ++round)
+            for (std::size_t i = 0; i < std::size(lenses); ++i) {
+                auto straight = views[i]; // a pinhole of the same focal lengths: it shows about as many records
+                straight.camera.lens = {};
+                double const bent = time(views[i]), pinhole = time(straight);
+                if (round >= 2) ns[i].push_back(bent), ratios[i].push_back(bent / pinhole);
+            }
+        for (std::size_t i = 0; i < std::size(lenses); ++i) {
+            auto& row = out[out.size() - std::size(lenses) + i];
+            row.ns = bench::median(ns[i]), row.ratio = bench::median(ratios[i]);
+        }
+    }
+    report::Table table{{"scene", "lens", "PSNR of J against E, dB", "largest", "not finite", "ns a record", "over a pinhole"}};
+    std::string csv = "scene,lens,psnr_db,largest,not_finite,ns_a_record,over_pinhole\n";
+    for (auto const& r : out) {
+        table.add_row({r.scene, r.lens, fixed(r.psnr, 1), fixed(r.largest, 3), fixed(r.not_finite, 0), fixed(r.ns, 2), fixed(r.ratio, 3)});
+        csv += r.scene + "," + r.lens + "," + fixed(r.psnr, 3) + "," + fixed(r.largest, 5) + "," + fixed(r.not_finite, 0) + "," + fixed(r.ns, 3) + "," +
+               fixed(r.ratio, 4) + "\n";
+    }
+    std::cout << table;
+    if (!options.csv.empty()) report::write_whole(options.csv, csv);
+    if (broken) throw Error("a picture with values that are not finite (a lens breaks the projection); report it");
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    return bench::program<Options>(argc, argv, table_of, run, "the scenes do not fit into memory (a map and its pictures are held); name one with --scene");
+}
