@@ -27,11 +27,10 @@ inline constexpr char const* lens_names[] = {"pinhole", "opencv", "fisheye", "fo
 /// splats up to rounding (`opencv`).
 ///
 /// `limit` and `ends` follow from the camera (`bound_lens`, which `make_view` calls), and k[1] of `fov`, 2 tan(omega / 2); leave them 0. Up to
-/// `limit`, a radius r of slopes or an
-/// angle of a fisheye, the lens is what its coefficients say. Beyond it a lens of slopes goes on linearly, because a polynomial has no
-/// meaning there: the limit is the widest pixel of the picture. If the lens folds (its radius ceases to grow) within 1.3 times the widest pixel,
-/// the limit is 0.95 times the fold, and what lies beyond is not drawn (`ends`); pixels without a ray keep the background. A fisheye ends at
-/// its fold, at most at 0.999 pi.
+/// `limit`, a radius r of slopes or an angle of a fisheye, the lens is what its coefficients say. Beyond it a lens of slopes goes on
+/// linearly, because a polynomial has no meaning there: the limit is the widest pixel of the picture. If the lens folds (its radius ceases to
+/// grow) within 1.3 times the widest pixel, the limit is 0.95 times the fold, and what lies beyond is not drawn (`ends`); pixels
+/// without a ray keep the background. A fisheye ends at its fold, at most at 0.999 pi.
 struct Lens {
     LensKind kind;
     float k[6]; ///< opencv: k1 to k6; fisheye: k1 to k4; fov: omega
