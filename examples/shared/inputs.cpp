@@ -78,6 +78,7 @@ std::vector<scene::NamedCamera> load_cameras(CameraInput const& in, MapShape con
 {
     std::vector<std::string> of_file;
     auto const all = scene::load_cameras(*in.cameras, &of_file, in.lens(), size, &sized_by);
+    if (!in.bend.empty()) std::erase_if(of_file, [](std::string const& note) { return note.ends_with("the picture is a pinhole's"); });
     add_notes(notes, *in.cameras, of_file);
     auto chosen = scene::relative_to_origin(scene::select_cameras(all, in.camera, map.name), map.origin);
     for (auto& each : chosen) {

@@ -55,7 +55,7 @@ struct CameraInput {
     tilemesh::scene::DistortedLens lens() const
     {
         using tilemesh::scene::DistortedLens;
-        return ignores_distortion ? DistortedLens::ignored : bends ? DistortedLens::kept : DistortedLens::refused;
+        return ignores_distortion || !bend.empty() ? DistortedLens::ignored : bends ? DistortedLens::kept : DistortedLens::refused;
     }
 };
 

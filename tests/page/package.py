@@ -61,6 +61,24 @@ class Package(unittest.TestCase):
                     self.assertEqual(frame.report[member], theirs[member])
                 self.assertEqual(frame.report["frames"][0]["pairs"], theirs["frames"][0]["pairs"])
 
+    def test_lenses(self):
+        (WORK / "lens.json").write_text(json.dumps({"cameras": [{
+            "name": name, "width": 160, "height": 96, "fx": 120, "fy": 120, "cx": 80, "cy": 48, "near": 0.2, **more,
+            "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]} for name, more in
+            [("straight", {}), ("bent", {"k1": -0.25, "p1": 0.125}), ("round", {"camera_model": "OPENCV_FISHEYE"})]]}))
+        cameras = tilemesh.read_cameras(WORK / "lens.json")
+        self.assertEqual([each.lens for each in cameras.values()], ["pinhole", "opencv,-0.25,0,0.125", "fisheye"])
+        with tilemesh.Renderer(**SMALL) as renderer:
+            pictures = {name: floats(renderer.render(each).colour) for name, each in cameras.items()}
+            self.assertEqual(len(set(pictures.values())), 3)
+            renderer.set(lens="opencv,-0.25,0,0.125")  # of numbers, and of cameras that name none
+            self.assertEqual(floats(renderer.render(cameras["straight"].numbers).colour), pictures["bent"])
+            self.assertEqual(floats(renderer.render(cameras["straight"]).colour), pictures["straight"])
+            self.assertIn("there is no such lens", self.refused(lambda: renderer.set(lens="fish")))
+            self.assertIn("folds within the picture", self.refused(lambda: renderer.render(
+                tilemesh.Camera(cameras["straight"].rotation, (0, 0, 0), 120, 120, 80, 48, lens="opencv,-3"))))
+            self.assertIn("fisheye", self.refused(lambda: renderer.track_begin(cameras["round"])))
+
     def test_pictures_own_their_memory(self):
         renderer = tilemesh.Renderer(**SMALL, depth=True)
         first = renderer.render()

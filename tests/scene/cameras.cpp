@@ -214,11 +214,25 @@ TEST_CASE("a lens is read: coefficients, lists in OpenCV's order, fisheyes, and 
     CHECK(has(fault({{"k1", {0.1}}}), "in a form that is not read"));
     CHECK(has(fault({{"distortion", {{"radial", {0, 1}}}}}), "in a form that is not read"));
     CHECK(has(fault({{"camera_model", "THIN_PRISM_FISHEYE"}}), "no lens here is its camera model thin_prism_fisheye"));
-    CHECK(has(fault({{"k1", 0.1}, {"distortion", {0.1}}}), "not 0 in both"));
+    CHECK(has(fault({{"k1", 0.1}, {"distortion", {0.1}}}), "told twice"));
     CHECK(has(fault({{"camera_model", "fisheye"}, {"p1", 0.1}}), "coefficients that a fisheye has not"));
-    CHECK(has(fault({{"distortion", {1, 2, 3, 4, 5, 6, 7, 8, 9}}}), "has 9 numbers, and 8 are read"));
-    CHECK(has(fault({{"k1", -3}}), "its lens folds within the picture, at 0.333333 focal lengths"));
+    CHECK(has(fault({{"distortion", {1, 2, 3, 4, 5, 6, 7, 8, 9}}}), "has more numbers than are read"));
+    CHECK(kept({{"distortion", {0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}).k[0] == 0.1f);
+    auto const studio = kept({{"camera_model", "OPENCV"}, {"distortion_params", {0.25, -0.125, 0.5, 0, 0.0625, -0.03125}}});
+    CHECK(std::vector(std::begin(studio.k), std::end(studio.k)) == std::vector{0.25f, -0.125f, 0.5f, 0.0f, 0.0f, 0.0f});
+    CHECK(std::vector(std::begin(studio.p), std::end(studio.p)) == std::vector{0.0625f, -0.03125f});
+    CHECK(has(fault({{"distortion_params", {0.1, 0, 0, 0.1, 0, 0}}}), "the k4 of a perspective means two things;"));
+    CHECK(has(fault({{"distortion", {0.1}}, {"dist_coeffs", {0.1}}}), "told twice"));
+    CHECK(kept({{"distortion", {0.1}}, {"dist_coeffs", {0, 0}}}).k[0] == 0.1f);
+    CHECK(has(fault({{"camera_model", "FOV"}, {"k1", 0.9}, {"k2", 0.1}}), "has more than omega"));
+    CHECK(has(fault({{"camera_model", "PINHOLE"}, {"k1", 0.1}}), "a pinhole's, and its coefficients are not 0"));
+    CHECK(kept({{"k1", 0.1}, {"is_fisheye", true}}).kind == LensKind::fisheye);
+    CHECK(has(fault({{"k1", -3}}), "its lens folds within the picture, at a slope of 0.333333"));
+    CHECK(has(fault({{"p1", 0.5}}), "its lens folds within the picture, at a slope of 0."));
+    CHECK(has(fault({{"camera_model", "FOV"}, {"k1", 2.8}, {"fx", 400}, {"fy", 400}}), "its lens does not see all of the picture: its nearest side is beyond a slope of 64"));
     CHECK(has(fault({{"k1", 1e9}}), "a coefficient of its lens is not a number within 1e6"));
+    TempFile const round(R"({"is_fisheye": true, "cameras": []})", ".json");
+    CHECK(has(error_of([&] { scene::load_cameras(round.path()); }), "beside its list of cameras (its \"is_fisheye\")"));
     TempFile const beside(R"({"k2": 0.1, "cameras": []})", ".json");
     CHECK(has(error_of([&] { scene::load_cameras(beside.path()); }), "beside its list of cameras (its \"k2\")"));
 }

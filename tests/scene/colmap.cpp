@@ -207,7 +207,7 @@ TEST_CASE("every model of COLMAP but the thin prisms is a lens")
     CHECK(is("PINHOLE 640 480 500 510 320 240", LensKind::pinhole, {}));
     CHECK(is("SIMPLE_RADIAL 640 480 500 320 240 0.25", LensKind::opencv, {0.25f}));
     CHECK(is("RADIAL 640 480 500 320 240 0.25 -0.125", LensKind::opencv, {0.25f, -0.125f}));
-    CHECK(is("OPENCV 640 480 500 510 320 240 0.25 -0.125 0.5 0.75", LensKind::opencv, {0.25f, -0.125f, 0, 0, 0, 0, 0.5f, 0.75f}));
+    CHECK(is("OPENCV 640 480 500 510 320 240 0.25 -0.125 0.03125 0.015625", LensKind::opencv, {0.25f, -0.125f, 0, 0, 0, 0, 0.03125f, 0.015625f}));
     CHECK(is("FULL_OPENCV 640 480 500 510 320 240 0.25 -0.125 0.0625 0.03125 0.5 0.125 0.25 0.375", LensKind::opencv,
              {0.25f, -0.125f, 0.5f, 0.125f, 0.25f, 0.375f, 0.0625f, 0.03125f}));
     CHECK(is("OPENCV_FISHEYE 640 480 500 510 320 240 0.25 0.125 0.0625 0.5", LensKind::fisheye, {0.25f, 0.125f, 0.0625f, 0.5f}));

@@ -263,6 +263,8 @@ class Renderer:
             self._free.atexit = False  # the process frees all of it
             _renderers.add(self)
         self._track_size: tuple[int, int] | None = None
+        self._track_lens: str | None = None
+        self._lens: str = "pinhole"  # of cameras that name none
         try:
             self.set(**{"program": "auto", "threads": min(os.cpu_count() or 1, 256), **settings})
             if map is not None:
@@ -292,6 +294,7 @@ class Renderer:
             raise Error(f"settings that are no JSON ({error}); give numbers, texts, true or false") from None
         with self._lock:
             self._call("set", text.encode())
+            self._lens = settings.get("lens", self._lens)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -330,6 +333,7 @@ class Renderer:
         """Begins to track with the settings' width and height: `camera` is the guess for the first picture. `depth`: pictures have one."""
         with self._lock:
             self._call("track_begin", self._numbers(camera), 1 if depth else 0)
+            self._track_lens = self._json("settings")["lens"]
             settings = self._json("settings")
             self._track_size = settings["height"], settings["width"]
 
@@ -347,7 +351,7 @@ class Renderer:
             self._call("track", rgb_at, deep_at, size[0] * size[1], float(seconds), None)
             del rgb, deep  # not before: they own what the call read
             facts = self._json("track")
-        return TrackedFrame(Camera.of(facts["camera"]), facts["verdict"], facts["why"], facts)
+        return TrackedFrame(replace(Camera.of(facts["camera"]), lens=self._track_lens), facts["verdict"], facts["why"], facts)
 
     def close(self) -> None:
         """Frees the renderer. Pictures of it stay valid."""
@@ -373,8 +377,9 @@ class Renderer:
 
     def _numbers(self, camera: Camera | Numbers) -> Any:
         camera = camera if isinstance(camera, Camera) else Camera.of(camera)
-        if camera.lens is not None and camera.lens != self._json("settings")["lens"]:
-            self._call("set", json.dumps({"lens": camera.lens}).encode())
+        lens = self._lens if camera.lens is None else camera.lens
+        if lens != self._json("settings")["lens"]:
+            self._call("set", json.dumps({"lens": lens}).encode())
         if camera.size is not None:
             settings = self._json("settings")
             if camera.size != (size := (settings["width"], settings["height"])):

@@ -109,7 +109,8 @@ inline std::filesystem::path found_cameras(std::filesystem::path const& path)
 /// there are more than eight such keys, it gets the first eight. Keys beside frames[] of a transforms.json are named too, except those
 /// that say nothing about the cameras.
 ///
-/// Throws `Error`, one line that names file and camera, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
+/// Throws `Error`, one line that names file and camera, for a lens that is kept and there is not, whose coefficients are told twice or whose k4 may
+/// mean two things, or that folds within the picture; if lenses are refused, for a lens with distortion (k1 to k6, p1, p2, `distortion` or a list of
 /// coefficients that is not 0; a `camera_model` other than a pinhole; in transforms.json, OPENCV with coefficients of 0 is a pinhole) and
 /// for a camera that cannot be used: a number that is missing or not finite, a side outside 1..65535, a focal length below a thousandth of the side
 /// or above 2^24 pixels, focal lengths and a principal point that are all below 2 pixels (normalised), a near plane that is not positive, a
@@ -137,7 +138,8 @@ inline std::vector<NamedCamera> read_cameras_json(std::istream& stream, std::str
 /// `file_path` with .png, .jpg or .jpeg, in the folder of the file. Without such a picture it has `size`. Without both, it is refused.
 /// `pictures`, if it is not null, gets these pictures: a program that writes files must not write over them.
 ///
-/// With `DistortedLens::ignored`, a lens with distortion is no error: it is taken for a pinhole, and a note counts such cameras.
+/// A lens with distortion is kept (`splat::Camera::lens`); with `DistortedLens::ignored` it is taken for a pinhole, and a note counts such
+/// cameras; with `refused` it is an error.
 inline std::vector<NamedCamera> load_cameras(std::filesystem::path const& path, std::vector<std::string>* notes = nullptr,
                                              DistortedLens distorted = DistortedLens::kept, std::optional<Size> size = {},
                                              std::vector<std::filesystem::path>* pictures = nullptr)

@@ -134,7 +134,8 @@ private:
 /// except for a fisheye projection. With `DistortedLens::ignored`, every lens is taken for a pinhole, and a note counts the cameras. Images of one
 /// IMAGE_ID are all read, because NAME tells them apart here; a note counts them, because other programs keep one of them.
 ///
-/// Throws `Error`, one line that names file and line, for a lens with distortion, a CAMERA_ID that cameras.txt does not have, a NAME that
+/// Throws `Error`, one line that names file and line, for a lens with distortion if it is refused, for one that there is not (thin prisms) or that
+/// folds within the picture if it is kept, for a CAMERA_ID that cameras.txt does not have, a NAME that
 /// occurs twice or is not UTF-8, and numbers that are missing, not finite or not valid for a camera. `cameras_name` and `images_name` are
 /// the files' names in errors. Cost: one pass over each file; memory for the cameras only.
 TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt,

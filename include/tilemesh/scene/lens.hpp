@@ -42,13 +42,13 @@ inline splat::Lens lens_of_text(std::string_view text)
     while (!rest.empty()) {
         rest.remove_prefix(1);
         auto const word = rest.substr(0, rest.find(','));
-        if (double value = 0; detail::parse_number(word, value)) values.list.push_back(value);
+        if (double value = 0; detail::parse_number(word, value)) values.lists[0].push_back(value);
         else refuse("a coefficient is no number");
         rest.remove_prefix(word.size());
     }
     bool const opencv = values.model == "opencv", fisheye = values.model == "fisheye", fov = values.model == "fov";
     if (!opencv && !fisheye && !fov && values.model != "pinhole") refuse("there is no such lens");
-    if (auto const most = opencv ? 8u : fisheye ? 4u : fov ? 1u : 0u; values.list.size() > most)
+    if (auto const most = opencv ? 8u : fisheye ? 4u : fov ? 1u : 0u; values.lists[0].size() > most)
         refuse("it has at most " + std::to_string(most) + " numbers");
     std::string fault;
     auto const lens = detail::lens_of_values(values, fault);

@@ -48,11 +48,12 @@ TILEMESH_HOST std::string label(NamedCamera const& camera);
 
 namespace detail {
 
-/// What a camera file says about its lens: k1 to k6, p1, p2, a list in OpenCV's order (k1 k2 p1 p2 k3 k4 k5 k6; a fisheye's k1 k2 k3 k4), and the
-/// camera model in lower case.
+/// What a camera file says about its lens: k1 to k6, p1, p2; lists of coefficients by the key that names them, in OpenCV's order (k1 k2 p1 p2 k3 k4
+/// k5 k6; a fisheye's k1 k2 k3 k4), but "distortion_params", which is nerfstudio's, in its order (k1 k2 k3 k4 p1 p2); and the camera
+/// model in lower case.
 struct LensValues {
     std::array<double, 8> coefficients{};
-    std::vector<double> list{};
+    std::array<std::vector<double>, 4> lists{};
     std::string model{};
     bool fisheye = false;    ///< a word of its own says so
     std::uint32_t given = 0; ///< bit i: the file has distortion key i (distortion_keys)

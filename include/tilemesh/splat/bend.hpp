@@ -47,42 +47,62 @@ TILEMESH_KERNEL typename A::Word distance_keys(Vector3<A> const& p) noexcept
     return key_of<A>(length<A>(p), A::all(0.0f));
 }
 
+/// The factor of the slopes of a lens, at s = r^2: the place in the picture is `factor` times the slopes, but for the tangential part.
+/// `once`, `twice`: its derivatives by s.
+template <class A>
+struct LensFactor {
+    using Real = typename A::Real;
+    Real factor, once, twice;
+
+    TILEMESH_KERNEL LensFactor(Lens const& lens, Real const& s) noexcept
+    {
+        Real const one = A::all(1.0f);
+        float const* const k = lens.k;
+        if (lens.kind == LensKind::fov) {
+            // atan(q) / q with q^2 = t^2 s; near the axis by its series, because the quotients cancel there.
+            float const t = k[1], t2 = t * t, scale = t / k[0];
+            Real const q2 = s * t2, r = A::square_root(q2);
+            auto const near = q2 < A::all(1e-3f);
+            Real const safe = A::select(near, one, q2), root = A::select(near, one, r), slope = one / (one + safe);
+            Real const value = angle_of<A>(one, root) / root, by = 0.5f * (slope - value) / safe;
+            Real const again = 0.5f * (-(slope * slope) - 3.0f * by) / safe;
+            factor = scale * A::select(near, A::multiply_add(q2, A::multiply_add(q2, A::all(0.2f), A::all(-1.0f / 3)), one), value);
+            once = scale * t2 *
+                   A::select(near, A::multiply_add(q2, A::multiply_add(q2, A::all(-3.0f / 7), A::all(0.4f)), A::all(-1.0f / 3)), by);
+            twice = scale * t2 * t2 * A::select(near, A::multiply_add(q2, A::all(-6.0f / 7), A::all(0.4f)), again);
+            return;
+        }
+        Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
+        factor = n;
+        once = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
+        twice = A::multiply_add(s, A::all(6 * k[2]), A::all(2 * k[1]));
+        if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
+            Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
+            Real const m1 = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
+            Real const m2 = A::multiply_add(s, A::all(6 * k[5]), A::all(2 * k[4])), per_m = one / m;
+            factor = n * per_m;
+            once = (once - factor * m1) * per_m;
+            twice = (twice - 2.0f * once * m1 - factor * m2) * per_m;
+        }
+    }
+};
+
 /// A lens of slopes at one pair of slopes: the place in the picture, in focal lengths, and the derivatives u_x, u_y = v_x, v_y.
 template <class A>
 struct BentSlopes {
     using Real = typename A::Real;
     Real u, v, d00, d01, d11;
     Real x, y; ///< where the derivatives are taken: the slopes, or the nearest ones within the limit
-    typename A::Mask beyond;
+    typename A::Mask within;
 
     TILEMESH_KERNEL BentSlopes(Lens const& lens, Real const& sx, Real const& sy) noexcept
     {
-        Real const zero = A::all(0.0f), one = A::all(1.0f);
         Real const r2 = A::multiply_add(sx, sx, sy * sy), most = A::all(lens.limit * lens.limit);
-        beyond = r2 > most;
-        Real const in = A::select(beyond, A::square_root(most / r2), one), s = A::select(beyond, most, r2);
+        within = r2 <= most;
+        Real const in = A::select(within, A::all(1.0f), A::square_root(most / r2)), s = A::select(within, r2, most);
         x = sx * in, y = sy * in;
-        Real g = one, h = zero; // the factor of the slopes, and its derivative by r over r
-        if (lens.kind == LensKind::fov) {
-            float const t = lens.k[1], per_omega = 1.0f / lens.k[0];
-            Real const r = A::square_root(s), none = A::all(1e-12f);
-            auto const off = r > none;
-            Real const slope = A::all(t * per_omega) / A::multiply_add(s, A::all(t * t), one);
-            g = A::select(off, angle_of<A>(one, r * t) * per_omega / A::select(off, r, one), A::all(t * per_omega));
-            h = A::select(off, (slope - g) / A::select(off, s, one), zero);
-        } else {
-            float const* const k = lens.k;
-            Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
-            Real const by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
-            g = n, h = 2.0f * by_s;
-            if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
-                Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
-                Real const m_by_s = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
-                Real const per_m = one / m;
-                g = n * per_m;
-                h = 2.0f * (by_s - g * m_by_s) * per_m;
-            }
-        }
+        LensFactor<A> const f(lens, s);
+        Real const g = f.factor, h = 2.0f * f.once; // h: the derivative of g by r, over r
         Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]), t = A::multiply_add(p1, y, p2 * x);
         d00 = A::multiply_add(h * x, x, g) + A::multiply_add(p2, x + x, t);
         d11 = A::multiply_add(h * y, y, g) + A::multiply_add(p1, y + y, t);
@@ -93,15 +113,33 @@ struct BentSlopes {
     }
 };
 
-/// The slopes whose place in the picture of a lens of slopes is u, v, by Newton's method from u, v.
+/// The slopes whose place in the picture of a lens of slopes is u, v. Without its tangential part the distance rises with r, so Newton's
+/// method keeps between bounds; then it follows the tangential part from there. Cost: about 500 flops.
 template <class A>
 TILEMESH_KERNEL void unbend(Lens const& lens, typename A::Real const& u, typename A::Real const& v, typename A::Real& x,
                             typename A::Real& y) noexcept
 {
-    x = u, y = v;
-    for (int i = 0; i < 10; ++i) {
+    using Real = typename A::Real;
+    Real const zero = A::all(0.0f), one = A::all(1.0f), most = A::all(lens.limit), distance = A::square_root(A::multiply_add(u, u, v * v));
+    LensFactor<A> const end(lens, most * most);
+    Real const end_distance = most * end.factor, end_slope = A::multiply_add(2.0f * end.once, most * most, end.factor);
+    auto const beyond = distance > end_distance;
+    Real low = zero, high = most, r = A::select(distance < most, distance, 0.5f * most);
+    for (int i = 0; i < 16; ++i) {
+        LensFactor<A> const at(lens, r * r);
+        Real const off = A::multiply_add(r, at.factor, -distance), slope = A::multiply_add(2.0f * at.once, r * r, at.factor);
+        auto const above = off > zero;
+        low = A::select(above, low, r), high = A::select(above, r, high);
+        Real const next = r - off / slope;
+        r = A::select(A::every(next >= low, next <= high), next, 0.5f * (low + high)); // false for NaN
+    }
+    r = A::select(beyond, most + (distance - end_distance) / end_slope, r);
+    Real const scale = A::select(distance > zero, r / A::select(distance > zero, distance, one), one / LensFactor<A>(lens, zero).factor);
+    x = u * scale, y = v * scale;
+    if (lens.p[0] == 0 && lens.p[1] == 0) return;
+    for (int i = 0; i < 6; ++i) {
         BentSlopes<A> const at(lens, x, y);
-        auto const e = u - at.u, f = v - at.v, per = A::all(1.0f) / A::multiply_add(at.d00, at.d11, -(at.d01 * at.d01));
+        Real const e = u - at.u, f = v - at.v, per = one / A::multiply_add(at.d00, at.d11, -(at.d01 * at.d01));
         x = A::multiply_add(A::multiply_add(at.d11, e, -(at.d01 * f)), per, x);
         y = A::multiply_add(A::multiply_add(at.d00, f, -(at.d01 * e)), per, y);
     }
@@ -148,7 +186,7 @@ private:
         mix[0] = px * at.d00, mix[1] = px * at.d01, mix[2] = py * at.d01, mix[3] = py * at.d11;
         depth = p.z;
         seen = depth > A::all(c.near_depth);
-        if (c.lens.ends != 0) seen = A::every(seen, A::negation(at.beyond));
+        if (c.lens.ends != 0) seen = A::every(seen, at.within);
     }
     TILEMESH_KERNEL void by_angle(Camera const& c, Vector3<A> const& p) noexcept
     {
@@ -188,32 +226,13 @@ struct LensCurvature {
 
     TILEMESH_KERNEL LensCurvature(Lens const& lens, Real const& x, Real const& y) noexcept
     {
-        Real const zero = A::all(0.0f), one = A::all(1.0f), two = A::all(2.0f), s = A::multiply_add(x, x, y * y);
-        Real once = zero, twice = zero; // the derivatives of the factor of the slopes by s
-        float const* const k = lens.k;
-        if (lens.kind == LensKind::fov) {
-            Real const t2 = A::all(k[1] * k[1]), r = A::square_root(s), per = one / A::multiply_add(s, t2, one), slope = A::all(k[1] / k[0]) * per;
-            auto const off = r > A::all(1e-12f);
-            Real const per_s = one / A::select(off, s, one), g = angle_of<A>(one, r * k[1]) * (1.0f / k[0]) / A::select(off, r, one);
-            once = A::select(off, (slope - g) * per_s * A::all(0.5f), zero);
-            twice = A::select(off, (-(slope * per * t2) - A::all(3.0f) * once) * per_s * A::all(0.5f), zero);
-        } else {
-            once = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[2]), A::all(2 * k[1])), A::all(k[0]));
-            twice = A::multiply_add(s, A::all(6 * k[2]), A::all(2 * k[1]));
-            if (k[3] != 0 || k[4] != 0 || k[5] != 0) {
-                Real const n = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[2]), A::all(k[1])), A::all(k[0])), one);
-                Real const m = A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[5]), A::all(k[4])), A::all(k[3])), one);
-                Real const m1 = A::multiply_add(s, A::multiply_add(s, A::all(3 * k[5]), A::all(2 * k[4])), A::all(k[3]));
-                Real const m2 = A::multiply_add(s, A::all(6 * k[5]), A::all(2 * k[4])), per_m = one / m, g = n * per_m;
-                once = (once - g * m1) * per_m;
-                twice = (twice - two * once * m1 - g * m2) * per_m;
-            }
-        }
-        Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]), xx = x * x, yy = y * y, four = A::all(4.0f), six = A::all(6.0f);
-        u_xx = x * A::multiply_add(four * xx, twice, six * once) + A::all(3.0f) * p2;
-        u_xy = y * A::multiply_add(four * xx, twice, two * once) + p1;
-        u_yy = x * A::multiply_add(four * yy, twice, two * once) + p2;
-        v_yy = y * A::multiply_add(four * yy, twice, six * once) + A::all(3.0f) * p1;
+        Real const xx = x * x, yy = y * y, four = A::all(4.0f), six = A::all(6.0f), two = A::all(2.0f);
+        LensFactor<A> const f(lens, xx + yy);
+        Real const p1 = A::all(2 * lens.p[0]), p2 = A::all(2 * lens.p[1]);
+        u_xx = x * A::multiply_add(four * xx, f.twice, six * f.once) + A::all(3.0f) * p2;
+        u_xy = y * A::multiply_add(four * xx, f.twice, two * f.once) + p1;
+        u_yy = x * A::multiply_add(four * yy, f.twice, two * f.once) + p2;
+        v_yy = y * A::multiply_add(four * yy, f.twice, six * f.once) + A::all(3.0f) * p1;
     }
 };
 

@@ -29,8 +29,10 @@ inline constexpr char const* lens_names[] = {"pinhole", "opencv", "fisheye", "fo
 /// `limit` and `ends` follow from the camera (`bound_lens`, which `make_view` calls), and k[1] of `fov`, 2 tan(omega / 2); leave them 0. Up to
 /// `limit`, a radius r of slopes or an angle of a fisheye, the lens is what its coefficients say. Beyond it a lens of slopes goes on
 /// linearly, because a polynomial has no meaning there: the limit is the widest pixel of the picture. If the lens folds (its radius ceases to
-/// grow) within 1.3 times the widest pixel, the limit is 0.95 times the fold, and what lies beyond is not drawn (`ends`); pixels
-/// without a ray keep the background. A fisheye ends at its fold, at most at 0.999 pi.
+/// grow) within 1.3 times the widest pixel, the limit is 0.95 times the fold, and what lies beyond is not drawn (`ends`). A fisheye ends at
+/// its fold, at most at 0.999 pi, and a lens whose picture shows all that it sees at a slope of 64. A pixel without a ray shows the splats
+/// that reach it, or the background; a mask leaves it out of comparisons. Do not change the size or the focal lengths of a camera whose limit
+/// is set (that of a view).
 struct Lens {
     LensKind kind;
     float k[6]; ///< opencv: k1 to k6; fisheye: k1 to k4; fov: omega
@@ -75,7 +77,7 @@ void lens_radius(Lens const& lens, T r, T& distance, T& derivative) noexcept
 }
 
 namespace detail {
-/// 2 tan(omega / 2), as the quotient of two series; the error is below 2e-6 of it up to 3 radians.
+/// 2 tan(omega / 2), as the quotient of two series; the error is below 2e-6 of it up to 3 radians, and 1e-4 at 3.1.
 inline float twice_tangent(float omega) noexcept
 {
     float const x = 0.5f * omega, s = x * x;
@@ -87,6 +89,7 @@ inline float twice_tangent(float omega) noexcept
         cosine = cosine * s + term;
     return 2.0f * x * sine / cosine;
 }
+} // namespace detail
 
 /// Slopes to the picture through a lens of slopes, in focal lengths, with the derivatives u_x, u_y = v_x, v_y. Without its limit.
 template <class T>
@@ -103,7 +106,6 @@ void bend_slopes(Lens const& lens, T x, T y, T (&at)[2], T (&by)[3]) noexcept
     by[1] = h * x * y + 2 * p1 * x + 2 * p2 * y;
     by[2] = g + h * y * y + 6 * p1 * y + 2 * p2 * x;
 }
-} // namespace detail
 
 /// What a search from the axis outward finds in a lens: the radius of slopes, or the angle of a fisheye, at which the picture is `distance` focal
 /// lengths from its centre; and the fold, the first radius at which that distance ceases to grow. What is not found is the end of the search:

@@ -43,7 +43,7 @@ LensPoint<T> through_lens(Camera const& camera, T const (&p)[3]) noexcept
         T const r = std::sqrt(x * x + y * y), most = lens.limit;
         if (lens.ends != 0 && !(r < most)) return out;
         if (r > most) inner[0] = x * most / r, inner[1] = y * most / r;
-        detail::bend_slopes<T>(lens, inner[0], inner[1], at, by);
+        bend_slopes<T>(lens, inner[0], inner[1], at, by);
         at[0] += by[0] * (x - inner[0]) + by[1] * (y - inner[1]);
         at[1] += by[1] * (x - inner[0]) + by[2] * (y - inner[1]);
     }
@@ -78,7 +78,7 @@ bool ray_of(Camera const& camera, T across, T down, T (&ray)[3]) noexcept
     if (radius == reach.fold && !tangential) return false;
     T x = u * radius / distance, y = v * radius / distance, at[2], by[3];
     for (int i = 0; tangential && i < 20; ++i) {
-        detail::bend_slopes<T>(lens, x, y, at, by);
+        bend_slopes<T>(lens, x, y, at, by);
         T const e = u - at[0], f = v - at[1], determinant = by[0] * by[2] - by[1] * by[1];
         if (!(determinant > 0)) return false;
         x += (by[2] * e - by[1] * f) / determinant, y += (by[0] * f - by[1] * e) / determinant;

@@ -30,6 +30,7 @@ inline float twice_to_border(float centre, std::uint32_t size, SlopeBorder borde
 inline void bound_lens(Camera& c) noexcept
 {
     Lens& lens = c.lens;
+    if (lens.kind == LensKind::fov) lens.k[1] = detail::twice_tangent(lens.k[0]);
     if (lens.kind == LensKind::pinhole || lens.limit != 0) return;
     float const u[2] = {-c.cx / c.fx, (static_cast<float>(c.width) - c.cx) / c.fx};
     float const v[2] = {-c.cy / c.fy, (static_cast<float>(c.height) - c.cy) / c.fy};
@@ -37,6 +38,12 @@ inline void bound_lens(Camera& c) noexcept
     for (float const x : u)
         for (float const y : v) farthest = x * x + y * y > farthest ? x * x + y * y : farthest;
     farthest = std::sqrt(farthest);
+    if (lens.kind == LensKind::fov) { // in closed form, with no function of a library: the limit has equal bits everywhere
+        float const angle = lens.k[0] * farthest, widest = angle < 1.55f ? 0.5f * detail::twice_tangent(2 * angle) / lens.k[1] : 64;
+        lens.limit = widest < 64 ? widest : 64;
+        lens.ends = widest < 64 ? 0 : 1;
+        return;
+    }
     LensReach<float> const reach = reach_of<float>(lens, farthest);
     float widest = reach.radius;
     if (lens.kind == LensKind::opencv && widest < reach.fold && (lens.p[0] != 0 || lens.p[1] != 0))
@@ -44,7 +51,7 @@ inline void bound_lens(Camera& c) noexcept
             for (float const to_y : v) {
                 float x = to_x * reach.radius / farthest, y = to_y * reach.radius / farthest, at[2], by[3];
                 for (int i = 0; i < 8; ++i) { // Newton's method, from the place without the tangential part
-                    detail::bend_slopes<float>(lens, x, y, at, by);
+                    bend_slopes<float>(lens, x, y, at, by);
                     float const e = to_x - at[0], f = to_y - at[1], determinant = by[0] * by[2] - by[1] * by[1];
                     if (!(determinant > 0)) break;
                     x += (by[2] * e - by[1] * f) / determinant, y += (by[0] * f - by[1] * e) / determinant;
@@ -55,8 +62,7 @@ inline void bound_lens(Camera& c) noexcept
     bool const found = reach.radius < reach.fold, folds = reach.is_fold && !(found && reach.fold > 1.3f * widest);
     bool const angle = lens.kind == LensKind::fisheye;
     lens.limit = folds ? 0.95f * reach.fold : angle ? reach.fold : widest;
-    lens.ends = angle || folds ? 1 : 0;
-    if (lens.kind == LensKind::fov) lens.k[1] = detail::twice_tangent(lens.k[0]);
+    lens.ends = angle || folds || !found ? 1 : 0;
 }
 
 inline View make_view(Camera const& camera, Rules const& rules) noexcept

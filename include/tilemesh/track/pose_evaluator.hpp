@@ -17,6 +17,7 @@
 #include <tilemesh/render/screen_cache.hpp>
 #include <tilemesh/render/setup_on_mesh.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/pose/program.hpp>
 #include <tilemesh/splat/pose/terms.hpp>
 #include <tilemesh/track/normal_equations.hpp>

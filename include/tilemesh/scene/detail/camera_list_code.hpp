@@ -33,7 +33,7 @@ TILEMESH_HOST void refuse_distortion(Distortion const& distortion, std::string c
     auto const at = static_cast<std::size_t>(std::find(distortion.begin(), distortion.end(), true) - distortion.begin());
     if (at < distortion.size())
         throw Error(whose + " has a lens with distortion (its \"" + std::string(distortion_keys[at]) + "\" is " +
-                    (distortion_keys[at] == "camera_model" ? "no pinhole" : "not 0") +
+                    (distortion_keys[at] == "camera_model" ? "no pinhole" : distortion_keys[at] == "is_fisheye" ? "true" : "not 0") +
                     "; a pinhole camera has none); undistort the pictures, for example with colmap image_undistorter, and name the "
                     "cameras that it writes");
 }
@@ -289,9 +289,8 @@ TILEMESH_HOST bool CameraJson::read_lens(TransformsLens& lens, Distortion* whole
         json_.skip(part);
         return true;
     }
-    constexpr std::size_t fisheye = std::size(distortion_keys); // instant-ngp: true or false
-    auto const at = key == "is_fisheye" ? fisheye : place_of(key, distortion_keys);
-    if (at == fisheye && key != "is_fisheye") return false;
+    auto const at = place_of(key, distortion_keys);
+    if (at == std::size(distortion_keys)) return false;
     bool named = false;
     bool const bends = json_.read_distortion(lens.model, lens.values, at, &named);
     lens.set_distortion(at, named);

@@ -53,10 +53,11 @@ TILEMESH_HOST void ColmapCameras::add_lens(std::string const& place, std::uint32
         values.fisheye = model.fisheye;
         if (model.name == "FOV") values.model = "fov";
         if (model.name.find("THIN_PRISM") != std::string_view::npos) values.fisheye = false, values.model = model.name; // no lens here
-        else if (model.coefficients > 2) values.list.assign(c, c + model.coefficients);
+        else if (model.coefficients > 2) values.lists[0].assign(c, c + model.coefficients);
         else std::copy(c, c + model.coefficients, values.coefficients.begin());
         lens.bend = lens_of_values(values, fault);
-        if (!fault.empty()) refuse(fault);
+        if (!fault.empty())
+            throw Error(place + " has a lens that is not rendered (" + fault + "); run colmap image_undistorter, and name the model that it writes");
     }
     if (auto const why = fault_of({}, lens); !why.empty()) refuse(why);
     if (!lenses_.emplace(id, Lens{lens, bent}).second) refuse("another camera has CAMERA_ID " + std::to_string(id));

@@ -13,7 +13,8 @@ namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
 /// The keys under which camera files describe a lens with distortion (OpenCV's and COLMAP's coefficients).
 inline constexpr std::string_view distortion_keys[] = {
-    "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model"};
+    "k1",         "k2",                      "k3",                "k4",          "k5",           "k6",        "p1", "p2",
+    "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs", "camera_model", "is_fisheye"};
 
 /// A field of a camera: whether the file has it, its fault (null: no fault) and its value.
 template <class T>

@@ -16,11 +16,13 @@ TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, LensValues& v
 {
     values.given |= 1u << key;
     bool odd = false;
-    bool const one = key < values.coefficients.size(), yes_or_no = key == std::size(distortion_keys);
+    constexpr std::size_t all = std::size(distortion_keys);
+    bool const one = key < values.coefficients.size(), yes_or_no = key + 1 == all, names = key + 2 == all;
+    auto* const list = one || yes_or_no || names ? nullptr : &values.lists[key - values.coefficients.size()];
     if (one) values.coefficients[key] = 0;
     else if (yes_or_no) values.fisheye = false;
-    else if (key + 1 == std::size(distortion_keys)) values.model.clear();
-    else values.list.clear();
+    else if (names) values.model.clear();
+    else list->clear();
     bool bends = false, bends_otherwise = false;
     std::size_t open = 0;
     do {
@@ -32,8 +34,7 @@ TILEMESH_HOST bool JsonValues::read_distortion(std::string& model, LensValues& v
         bool const pinhole = word.empty() || word == "none" || word == "pinhole" || word == "simple_pinhole" || word == "perspective";
         bool const bent = (part == JsonPart::number && number() != 0.0) || (part == JsonPart::other && text() == "true");
         if (part == JsonPart::number && one) values.coefficients[key] = number();
-        else if (part == JsonPart::number && !yes_or_no && values.list.size() <= values.coefficients.size()) values.list.push_back(number());
-        bool const names = key + 1 == std::size(distortion_keys);
+        else if (part == JsonPart::number && list != nullptr && (list->size() < 6 || number() != 0.0) && list->size() < 9) list->push_back(number());
         if (part == JsonPart::text && names) values.model = word;
         odd = odd || part == JsonPart::begin_object || open > 1 || (part == JsonPart::begin_list && one) ||
               (part == JsonPart::number && (yes_or_no || names)) ||

@@ -54,36 +54,42 @@ TILEMESH_HOST std::string fault_of_projection(std::string const& model)
 TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& fault)
 {
     auto const is = [&](auto const*... names) { return ((values.model == names) || ...); };
-    auto const& c = values.coefficients;
+    auto const some = [](auto const& numbers) { return std::any_of(numbers.begin(), numbers.end(), [](double v) { return v != 0.0; }); };
     bool const fisheye =
         values.fisheye || is("opencv_fisheye", "fisheye", "equidistant", "kannala_brandt", "simple_radial_fisheye", "radial_fisheye");
-    bool const plain = is("", "none", "pinhole", "simple_pinhole", "perspective", "simple_radial", "radial", "opencv", "full_opencv", "brown");
+    bool const straight = is("pinhole", "simple_pinhole"), fov = is("fov");
+    bool const plain = straight || is("", "none", "perspective", "simple_radial", "radial", "opencv", "full_opencv", "brown");
     splat::Lens lens{};
-    if (is("fov") && values.odd == 0) {
-        lens.kind = splat::LensKind::fov;
-        lens.k[0] = static_cast<float>(c[0] != 0.0 || values.list.empty() ? c[0] : values.list[0]);
-        return lens;
+    auto const refuse = [&](std::string why) {
+        fault = std::move(why);
+        return splat::Lens{};
+    };
+    if (values.odd != 0) return refuse("its lens is told in a form that is not read (coefficients are numbers, or one list of numbers)");
+    if (!fisheye && !plain && !fov) return refuse("no lens here is its camera model " + shown(values.model, 40));
+    std::array<double, 8> k = values.coefficients; // k1 to k6, p1, p2
+    bool given = some(k);
+    for (std::size_t key = 0; key < values.lists.size(); ++key) {
+        auto const& list = values.lists[key];
+        if (!some(list)) continue;
+        if (given) return refuse("its coefficients are told twice, by k1 to p2 or lists that are not 0");
+        given = true;
+        constexpr std::size_t opencv[8] = {0, 1, 6, 7, 2, 3, 4, 5}, nerfstudio[6] = {0, 1, 2, 3, 6, 7};
+        bool const of_nerfstudio = key == 2;
+        if (list.size() > (of_nerfstudio ? 6u : 8u)) return refuse("its list of coefficients has more numbers than are read, and they are not 0");
+        for (std::size_t i = 0; i < list.size(); ++i) k[of_nerfstudio ? nerfstudio[i] : fisheye ? i : opencv[i]] = list[i];
     }
-    if (values.odd != 0) return fault = "its lens is told in a form that is not read (coefficients are numbers, or one list of numbers)", lens;
-    if (!fisheye && !plain) return fault = "no lens here is its camera model " + shown(values.model, 40), lens;
-    if (values.list.size() > 8)
-        return fault = "its list of coefficients has " + std::to_string(values.list.size()) + " numbers, and 8 are read", lens;
-    std::array<double, 8> k = c; // k1 to k6, p1, p2
-    if (std::all_of(c.begin(), c.end(), [](double v) { return v == 0.0; }))
-        for (std::size_t i = 0; i < values.list.size(); ++i) {
-            constexpr std::size_t opencv[8] = {0, 1, 6, 7, 2, 3, 4, 5};
-            k[fisheye ? i : opencv[i]] = values.list[i];
-        }
-    else if (std::any_of(values.list.begin(), values.list.end(), [](double v) { return v != 0.0; }))
-        return fault = "it has a list of coefficients and k1 to p2, which are not 0 in both", lens;
-    if (fisheye && (k[4] != 0.0 || k[5] != 0.0 || k[6] != 0.0 || k[7] != 0.0))
-        return fault = "its lens is a fisheye, and has coefficients that a fisheye has not (k1 to k4)", lens;
+    auto const only = [&](std::size_t n) { // the first n may be other than 0
+        for (std::size_t i = n; i < k.size(); ++i)
+            if (k[i] != 0.0) return false;
+        return true;
+    };
+    if (straight && given && !fisheye) return refuse("its camera model is a pinhole's, and its coefficients are not 0");
+    if (fov && (fisheye || !only(1))) return refuse("its lens is FOV, and has more than omega (k1)");
+    if (fisheye && !only(4)) return refuse("its lens is a fisheye, and has coefficients that a fisheye has not (k1 to k4)");
     // Some programs mean r^8 by the k4 of a perspective, OpenCV means its denominator.
-    if (!fisheye && c[3] != 0.0 && c[4] == 0.0 && c[5] == 0.0 && values.model != "full_opencv")
-        return fault = "the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator",
-               lens;
-    bool const bends = std::any_of(k.begin(), k.end(), [](double v) { return v != 0.0; });
-    lens.kind = fisheye ? splat::LensKind::fisheye : bends ? splat::LensKind::opencv : splat::LensKind::pinhole;
+    if (!fisheye && k[3] != 0.0 && k[4] == 0.0 && k[5] == 0.0 && values.model != "full_opencv")
+        return refuse("the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator");
+    lens.kind = fov ? splat::LensKind::fov : fisheye ? splat::LensKind::fisheye : given ? splat::LensKind::opencv : splat::LensKind::pinhole;
     for (std::size_t i = 0; i < 6; ++i) lens.k[i] = static_cast<float>(k[i]);
     for (std::size_t i = 0; i < 2; ++i) lens.p[i] = static_cast<float>(k[6 + i]);
     return lens;
@@ -91,10 +97,13 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
 
 TILEMESH_HOST LensValues merged(LensValues own, LensValues const& common)
 {
-    constexpr std::uint32_t lists = 0xf00, model = 1u << 12, fisheye = 1u << 13;
+    constexpr std::uint32_t coefficients = 0xfff, model = 1u << 12, fisheye = 1u << 13;
+    bool const other = (own.given & (model | fisheye)) != 0 && (own.model != common.model || own.fisheye != common.fisheye);
+    if (other) own.given |= coefficients; // those of another model say nothing about this one
     for (std::size_t i = 0; i < own.coefficients.size(); ++i)
         if ((own.given >> i & 1u) == 0) own.coefficients[i] = common.coefficients[i];
-    if ((own.given & lists) == 0) own.list = common.list;
+    for (std::size_t i = 0; i < own.lists.size(); ++i)
+        if ((own.given >> (8 + i) & 1u) == 0) own.lists[i] = common.lists[i];
     if ((own.given & model) == 0) own.model = common.model;
     if ((own.given & fisheye) == 0) own.fisheye = common.fisheye;
     own.odd |= common.odd & ~own.given;

@@ -164,19 +164,34 @@ TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens)
     for (float const v : {bend.k[0], bend.k[1], bend.k[2], bend.k[3], bend.k[4], bend.k[5], bend.p[0], bend.p[1]})
         if (!(std::fabs(v) <= 1e6f)) return "a coefficient of its lens is not a number within 1e6";
     if (bend.kind == splat::LensKind::fov && !(bend.k[0] > 0.0f && bend.k[0] <= 3.0f)) return "omega of its lens is not between 0 and 3 radians";
-    // The picture's farthest corner; a fisheye may leave corners dark, so its nearest side.
+    // The picture's farthest corner; lenses that see no farther than some angle may leave corners dark, so their nearest side.
     double const across[2] = {lens.cx / lens.fx, (lens.width - lens.cx) / lens.fx}, down[2] = {lens.cy / lens.fy, (lens.height - lens.cy) / lens.fy};
     auto const farther = [](double const (&v)[2]) { return std::max(std::fabs(v[0]), std::fabs(v[1])); };
-    bool const angle = bend.kind == splat::LensKind::fisheye;
-    double const distance = angle ? std::min(farther(across), farther(down)) : std::hypot(farther(across), farther(down));
+    bool const angle = bend.kind == splat::LensKind::fisheye, dark = angle || bend.kind == splat::LensKind::fov;
+    double const distance = dark ? std::min(farther(across), farther(down)) : std::hypot(farther(across), farther(down));
     auto const reach = splat::reach_of<double>(bend, distance);
-    if (reach.radius < reach.fold) return "";
-    auto const at = std::to_string(reach.fold) + (angle ? " radians" : " focal lengths");
-    if (reach.is_fold) return "its lens folds within the picture, at " + at + " from the axis";
-    if (angle) return "its lens sees more than 360 degrees: the picture's nearest side is beyond " + at;
+    auto const radius = [&](double r) { return (angle ? "an angle of " + std::to_string(r) + " radians" : "a slope of " + std::to_string(r)); };
+    if (!(reach.radius < reach.fold)) {
+        if (reach.is_fold) return "its lens folds within the picture, at " + radius(reach.fold);
+        if (angle) return "its lens sees more than 360 degrees: the picture's nearest side is beyond " + radius(reach.fold);
+        return "its lens does not see all of the picture: " + std::string(dark ? "its nearest side" : "a corner") + " is beyond " +
+               radius(reach.fold);
+    }
+    // The tangential part folds a picture, too: from the centre to corners and sides, what is seen must follow.
+    for (int i = 0; bend.kind == splat::LensKind::opencv && (bend.p[0] != 0.0f || bend.p[1] != 0.0f) && i < 9; ++i) {
+        double const to[2] = {i % 3 == 0 ? -across[0] : i % 3 == 1 ? 0.0 : across[1], i / 3 == 0 ? -down[0] : i / 3 == 1 ? 0.0 : down[1]};
+        double x = 0, y = 0, at[2], by[3];
+        for (int step = 1; step <= 64; ++step)
+            for (int k = 0; k < 4; ++k) { // Newton's method, from the place before
+                splat::bend_slopes<double>(bend, x, y, at, by);
+                double const e = to[0] * step / 64 - at[0], f = to[1] * step / 64 - at[1], determinant = by[0] * by[2] - by[1] * by[1];
+                bool const lost = k == 3 && std::hypot(e, f) > 1e-3;
+                if (!(determinant > 0 && by[0] + by[2] > 0) || lost) return "its lens folds within the picture, at " + radius(std::hypot(x, y));
+                x += (by[2] * e - by[1] * f) / determinant, y += (by[0] * f - by[1] * e) / determinant;
+            }
+    }
     return "";
 }
-
 
 TILEMESH_HOST void require_pixels(std::uint32_t width, std::uint32_t height)
 {
@@ -233,6 +248,7 @@ TILEMESH_HOST splat::Camera resized(splat::Camera camera, std::uint32_t width, s
     camera.cy = static_cast<float>(down * static_cast<double>(camera.cy));
     camera.width = width;
     camera.height = height;
+    camera.lens.limit = 0, camera.lens.ends = 0; // of another picture
     return camera;
 }
 
@@ -245,6 +261,7 @@ TILEMESH_HOST splat::Camera stretched(splat::Camera camera, Size size)
     for (auto* const value : {&camera.fy, &camera.cy}) *value = static_cast<float>(down * static_cast<double>(*value));
     camera.width = size.width;
     camera.height = size.height;
+    camera.lens.limit = 0, camera.lens.ends = 0;
     return camera;
 }
 

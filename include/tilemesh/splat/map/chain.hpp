@@ -54,7 +54,8 @@ struct ViewSlope {
 /// the sums of this Gaussian in this view. The sets of pairs are constant. Cost: about 200 multiply-adds, five
 /// divisions, three roots.
 ///
-/// Through a lens of slopes, J moves with the mean by the second derivatives of the lens, up to its limit. A fisheye has no chain rule here.
+/// Through a lens of slopes, J moves with the mean by the second derivatives of the lens, up to its limit. Beyond it, neither J nor the slope
+/// by which the mean moves in the picture turns with the mean: an approximation, outside the picture. A fisheye has no chain rule here.
 template <class A, class Optics = AnyLens>
 TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> const& g, View const& view, Moments<A> const& m,
                                             Slopes<A>& out) noexcept

@@ -110,7 +110,7 @@ private:
         splat::detail::LensCurvature<A> const curvature(lens, at.x, at.y);
         bends = true;
         jx = at.x, jy = at.y;
-        free_x = free_y = A::select(at.beyond, A::all(0.0f), A::all(1.0f));
+        free_x = free_y = A::select(at.within, A::all(1.0f), A::all(0.0f));
         d00 = at.d00, d01 = at.d01, d11 = at.d11;
         per_determinant = A::all(1.0f) / A::multiply_add(d00, d11, -(d01 * d01));
         u_xx = curvature.u_xx, u_xy = curvature.u_xy, u_yy = curvature.u_yy, v_yy = curvature.v_yy;
