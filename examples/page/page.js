@@ -20,9 +20,11 @@ const heats = [["load", "Load", "records and copies on the tile"], ["copies", "C
   ["lost", "Lost", "missing in the picture"], ["pairs", "Pairs", "pairs of a Gaussian and a pixel"],
   ["busy", "Busy, modelled", "modelled cycles of computing"]];
 const sizes = [[320, 180], [640, 360], [960, 540], [1280, 720]];
+const lenses = [["pinhole", "pinhole"], ["opencv,-0.28,0.07", "barrel (opencv)"], ["fov,0.9", "FOV 0.9"], ["fisheye", "fisheye"]];
 const tileSizes = [[0, 0], [8, 8], [16, 16], [32, 20], [32, 32], [64, 40]];
 // Settings that links carry; 0 or the first choice is left out.
-const plain = {preset: "lossless", machine: "mk2", saturation: "preset", channel_slots: 0, storage_slots: 0, hops: 0, tile_width: 0, tile_height: 0};
+const plain = {preset: "lossless", machine: "mk2", saturation: "preset", channel_slots: 0, storage_slots: 0, hops: 0, tile_width: 0, tile_height: 0,
+               lens: "pinhole"};
 
 const state = {view: null, size: [640, 360], chosen: {...plain}, heat: "load", step: -1, tile: null, gaussian: null, difference: false, file: ""};
 let map = null, settings = null, last = null; // what the worker said
@@ -381,6 +383,7 @@ function showControls() {
       choice("preset", "Preset", settings.choices.preset),
       choice("machine", "Machine", settings.choices.machine, settings.choices.machine.map(m => m === "mk2" ? "Mk2" : "test: more SRAM")),
       choice("saturation", "A full channel", settings.choices.saturation, settings.choices.saturation.map(s => words[s] ?? s)),
+      choice("lens", "Lens", lenses.map(([lens]) => lens), lenses.map(([, text]) => text)),
       choice("tile", "Tile", tileSizes.map(([w, h]) => `${w}x${h}`), tileSizes.map(([w, h]) => w ? `${w} x ${h} pixels` : "40 x 36 tiles")),
       slider("channel_slots", "Channel slots", "most", most("channel_slots")),
       slider("storage_slots", "Storage slots", "most", most("storage_slots")),
@@ -392,6 +395,9 @@ function showControls() {
   if (![...select.options].some(o => o.value === tile))
     select.append(make("option", {value: tile, textContent: tile.replace("x", " x ") + " pixels"}));
   select.value = tile;
+  if (![...$("set-lens").options].some(o => o.value === settings.lens))
+    $("set-lens").append(make("option", {value: settings.lens, textContent: settings.lens}));
+  $("set-lens").value = settings.lens;
   for (const [name, value] of [["channel_slots", settings.channel_slots || most("channel_slots")],
                                ["storage_slots", settings.storage_slots || most("storage_slots")], ["hops", settings.hops]])
     for (const input of [$("set-" + name), $("set-" + name + "-number")])
@@ -526,7 +532,7 @@ for (const [name, label] of heats) {
 $("size").append(...sizes.map(([w, h]) => make("option", {value: `${w}x${h}`, textContent: `${w} x ${h}`})));
 $("size").onchange = () => { say(""); state.size = $("size").value.split("x").map(Number); want("settings"); };
 $("difference").onchange = () => { state.difference = $("difference").checked; want("settings"); };
-$("defaults").onclick = () => change({...plain, preset: state.chosen.preset, machine: state.chosen.machine});
+$("defaults").onclick = () => change({...plain, preset: state.chosen.preset, machine: state.chosen.machine, lens: state.chosen.lens});
 $("cold").onclick = startAgain;
 $("reset").onclick = () => look(startView(map));
 $("upright").onclick = () => look(upsideDown(state.view));

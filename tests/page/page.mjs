@@ -353,6 +353,17 @@ test("links of nonsense give a page that works", async () => {
   }
 });
 
+test("a lens bends the picture, and a link carries it", async () => {
+  const p = await opened(1280, 900, {}, "#size=320x180"), q = await opened(1280, 900, {}, "#size=320x180&lens=fisheye");
+  const straight = await levels(p);
+  assert.notEqual(await levels(q), straight);
+  await set(p, "set-lens", "fisheye");
+  assert.equal(await levels(p), await levels(q));
+  await set(p, "set-lens", "pinhole");
+  assert.equal(await levels(p), straight);
+  for (const page of [p, q]) await page.close();
+});
+
 test("a link that is pasted into the page shows what it shows in a new page", async () => {
   const link = "#saturation=drop&channel_slots=8&size=320x180&heat=lost&superstep=4";
   const p = await opened(1280, 900, {}, "#size=320x180&saturation=drop&channel_slots=8"), q = await opened(1280, 900, {}, link);
@@ -538,7 +549,7 @@ test("keyboard alone reaches and works everything, with names for a screen reade
   await p.until("shown.gaussian !== null");
   await idle(p);
   for (const id of ["size", "difference", "file", "built-in", "reset", "upright", "png", "pfm", "json", "link", "set-preset", "set-machine", "set-saturation",
-                    "set-tile", "set-storage_slots", "set-hops", "defaults", "cold", "step-back", "step-on"])
+                    "set-lens", "set-tile", "set-storage_slots", "set-hops", "defaults", "cold", "step-back", "step-on"])
     if (!visited.includes(id)) await tabTo(id);
   await p.call("Accessibility.enable");
   const {nodes} = await p.call("Accessibility.getFullAXTree");
