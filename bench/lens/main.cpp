@@ -1,4 +1,5 @@
 // Lenses that bend: how far the conic of the lens's Jacobian is from exact rays, and what projection through a lens costs.
+#include "sequence.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/program.hpp>
@@ -23,11 +24,15 @@ using bench::fixed;
 struct Options : bench::Options {
     std::vector<std::string> scenes;
     std::uint32_t rounds = 15, threads = 2;
+    bool sequences = false;
 };
 constexpr auto scene_words = shared::words_of(bench::scene_names);
 constexpr shared::Option<Options> rows[] = {
     shared::words<&Options::scenes>("scene", "NAME", "{}; may be repeated [sloth, salad and the built-in map]", scene_words),
     shared::option<&Options::rounds>("rounds", "N", "measured rounds of projection [15]", {1, 10'000}),
+    shared::option<&Options::sequences>("sequences", "",
+                                        "another table instead: 60 frames of 160 x 90 along fr1_xyz, as exact rays through a pinhole and the first "
+                                        "lenses, tracked and mapped from nothing"),
     shared::option<&Options::threads>("threads", "N", "threads of the exact rays [2]", {1, 64})};
 shared::OptionTable table_of(Options& own)
 {
@@ -69,11 +74,49 @@ struct Row {
     double psnr = 0, largest = 0, not_finite = 0, ns = 0, ratio = 0;
 };
 
+splat::Camera at_the_start(std::string const& name, splat::Camera camera)
+{
+    if (name != "sloth" && name != "salad") return camera;
+    for (int i = 0; i < 3; ++i) // the first pose of the recording is the world's
+        for (int j = 0; j < 3; ++j) camera.rotation[i][j] = i == j ? 1.0f : 0.0f;
+    camera.position[0] = camera.position[1] = camera.position[2] = 0;
+    camera.near_depth = 0.2f;
+    return camera;
+}
+
+int run_sequences(Options const& options)
+{
+    report::Table table{{"scene", "lens", "frames", "lost", "ATE, world units", "over a pinhole", "PSNR of the map, dB"}};
+    std::string csv = "scene,lens,frames,lost,ate,over_pinhole,psnr_db\n";
+    for (auto const& name : options.scenes) {
+        if (!bench::has_scene(name, options.data) || !bench::has_motion("fr1_xyz", options.data)) {
+            std::cout << "skipped: " << name << " (its map or fr1_xyz is not there; name the folder with --data)\n";
+            continue;
+        }
+        auto scene = bench::load_scene(name, options.data, {160, 90});
+        double pinhole = 0;
+        for (auto const& lens : lenses) {
+            if (scene::lens_of_text(lens.text).kind == splat::LensKind::fisheye) continue; // no slopes through it
+            auto camera = scene::resized(through(lens, at_the_start(name, scene.camera), false), 160, 90);
+            auto row = map_sequence({scene.map, camera}, options.data, options.quick ? 8 : 60, options.threads);
+            if (pinhole == 0) pinhole = row.ate;
+            table.add_row({name, lens.name, std::to_string(row.frames), std::to_string(row.lost), bench::scientific(row.ate, 2), fixed(row.ate / pinhole, 2),
+                           fixed(row.psnr, 1)});
+            csv += name + "," + lens.name + "," + std::to_string(row.frames) + "," + std::to_string(row.lost) + "," + bench::scientific(row.ate, 4) + "," +
+                   fixed(row.ate / pinhole, 3) + "," + fixed(row.psnr, 2) + "\n";
+        }
+    }
+    std::cout << table;
+    if (!options.csv.empty()) report::write_whole(options.csv, csv);
+    return 0;
+}
+
 int run(Options options)
 {
     bench::expect_folder_of(options.csv);
     if (options.quick) options.rounds = std::min(options.rounds, 3u);
     if (options.scenes.empty()) options.scenes = options.quick ? std::vector<std::string>{"built_in"} : std::vector<std::string>{"sloth", "salad", "built_in"};
+    if (options.sequences) return run_sequences(options);
     std::vector<Row> out;
     bool broken = false;
     for (auto const& name : options.scenes) {
@@ -82,13 +125,7 @@ int run(Options options)
             continue;
         }
         auto const scene = bench::load_scene(name, options.data, {640, 480});
-        auto start = scene.camera;
-        if (name == "sloth" || name == "salad") { // the first pose of the recording is the world's
-            for (int i = 0; i < 3; ++i)
-                for (int j = 0; j < 3; ++j) start.rotation[i][j] = i == j ? 1.0f : 0.0f;
-            start.position[0] = start.position[1] = start.position[2] = 0;
-            start.near_depth = 0.2f;
-        }
+        auto const start = at_the_start(name, scene.camera);
         auto const& gaussians = scene.map.gaussians;
         auto const n = static_cast<std::uint32_t>(gaussians.size());
         splat::Rules const rules;

@@ -98,7 +98,11 @@ struct FirstCamera {
 inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::RgbdFrame> const& list, MapShape const& map, scene::Size size,
                                 bool built_in, std::vector<std::string>& notes)
 {
-    if (!o.cameras) return {placed_camera(o, map, size, built_in)};
+    if (!o.cameras) {
+        FirstCamera placed{placed_camera(o, map, size, built_in)};
+        scene::check_no_fisheye(placed.camera, "a pose's derivative");
+        return placed;
+    }
     FirstCamera out{};
     auto const cameras = load_cameras(o, map, size, notes, out.sized_by);
     std::vector<std::string> names;
@@ -127,6 +131,7 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
                    ", whose lens all pictures get"});
     out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes)
                           : scene::resized(chosen.camera, size.width, size.height);
+    scene::check_no_fisheye(out.camera, "a pose's derivative");
     out.names_near = chosen.names_near;
     return out;
 }

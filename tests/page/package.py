@@ -65,13 +65,13 @@ class Package(unittest.TestCase):
         (WORK / "lens.json").write_text(json.dumps({"cameras": [{
             "name": name, "width": 160, "height": 96, "fx": 120, "fy": 120, "cx": 80, "cy": 48, "near": 0.2, **more,
             "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]} for name, more in
-            [("straight", {}), ("bent", {"k1": -0.25, "p1": 0.125}), ("round", {"camera_model": "OPENCV_FISHEYE"})]]}))
+            [("straight", {}), ("bent", {"k1": -0.125, "p1": 0.015625}), ("round", {"camera_model": "OPENCV_FISHEYE"})]]}))
         cameras = tilemesh.read_cameras(WORK / "lens.json")
-        self.assertEqual([each.lens for each in cameras.values()], ["pinhole", "opencv,-0.25,0,0.125", "fisheye"])
+        self.assertEqual([each.lens for each in cameras.values()], ["pinhole", "opencv,-0.125,0,0.015625", "fisheye"])
         with tilemesh.Renderer(**SMALL) as renderer:
             pictures = {name: floats(renderer.render(each).colour) for name, each in cameras.items()}
             self.assertEqual(len(set(pictures.values())), 3)
-            renderer.set(lens="opencv,-0.25,0,0.125")  # of numbers, and of cameras that name none
+            renderer.set(lens="opencv,-0.125,0,0.015625")  # of numbers, and of cameras that name none
             self.assertEqual(floats(renderer.render(cameras["straight"].numbers).colour), pictures["bent"])
             self.assertEqual(floats(renderer.render(cameras["straight"]).colour), pictures["straight"])
             self.assertIn("there is no such lens", self.refused(lambda: renderer.set(lens="fish")))

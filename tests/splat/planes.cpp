@@ -45,7 +45,7 @@ TEST_CASE("planes: on Mk2 a tile keeps the requested planes, and storage gives u
     CHECK(framebuffer_bytes<One>() - framebuffer_bytes<Lossless>() == 4 * 640);
     CHECK(framebuffer_bytes<Two>() - framebuffer_bytes<Lossless>() == 8 * 640);
     CHECK(Lossless::sizes.storage - One::sizes.storage == 7);
-    CHECK(Lossless::sizes.storage - Two::sizes.storage == 25);
+    CHECK(Lossless::sizes.storage - Two::sizes.storage == 26);
     CHECK(WithPixel<Lossless, FloatPixel>::sizes == Lossless::sizes);
     CHECK(WithPixel<Paper, WithDepth<Rgbx8Pixel>>::sizes == Paper::sizes); // its ledger has room
     CHECK(Tile<Mk2, Frame<Two>, Two>::bytes <= Mk2::sram_bytes);
