@@ -272,6 +272,48 @@ TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, thre
     }
 }
 
+TEST_CASE("no record is NaN or infinite in a picture through a lens, and lanes have the bits of one float")
+{
+    Random random(12);
+    float const infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    float const odd[] = {0, -0.0f, 1, -1, 1e-38f, 1e-20f, -1e-3f, 0.2f, 0.21f, 3, 1e5f, 1e18f, -1e19f, 1e25f, -1e30f, 3e38f, infinity, -infinity, nan};
+    std::uint32_t visible = 0, wrong = 0, broken = 0;
+    for (auto const& [name, lens] : lenses()) {
+        auto camera = through(lens, 64, 40);
+        for (float const dilation : {0.3f, 0.0f}) {
+            Rules rules;
+            rules.dilation = dilation;
+            auto const view = make_view(camera, rules);
+            auto const tiling = make_tiling(64, 40, 16, 10);
+            auto all = around(2048, 13);
+            for (auto& g : all) {
+                auto const spoil = [&](float& v) {
+                    if (random.below(6) == 0) v = odd[random.below(sizeof odd / sizeof odd[0])];
+                };
+                for (float& v : g.mean_world) spoil(v);
+                for (float& v : g.rotation) spoil(v);
+                for (float& v : g.log_scale) spoil(v);
+                spoil(g.opacity);
+            }
+            std::vector<Splat> lanes(all.size());
+            project_all(all.data(), static_cast<std::uint32_t>(all.size()), view, tiling, lanes.data());
+            for (std::size_t i = 0; i < all.size(); ++i) {
+                auto const s = project(all[i], view, tiling);
+                wrong += std::memcmp(&s, &lanes[i], sizeof s) != 0 ? 1 : 0;
+                if (!s.visible()) continue;
+                ++visible;
+                bool sound = s.depth_key != 0 && std::isfinite(s.depth()) && s.across < 0; // minus infinity: a needle of no width, undilated
+                for (float const v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.opacity}) sound = sound && std::isfinite(v);
+                broken += sound ? 0 : 1;
+            }
+            for (float const v : report::render_naive(all, camera, rules).rgb) broken += std::isfinite(v) ? 0 : 1;
+        }
+    }
+    CHECK(visible > 500);
+    CHECK(wrong == 0);
+    CHECK(broken == 0);
+}
+
 TEST_CASE("the slopes of a pixel are found through every lens of slopes that is not refused")
 {
     Random random(11);

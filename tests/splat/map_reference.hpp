@@ -43,9 +43,9 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
         p[i] = 0;
         for (std::size_t j = 0; j < 3; ++j) p[i] += c.rotation[i][j] * (g[j] - c.position[j]);
     }
-    if (!(p[2] > c.near_depth)) return false;
     bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
     auto const point = splat::through_lens<double>(c.bent, p);
+    if (!((bends ? point.depth : p[2]) > c.near_depth) || !point.seen) return false;
     double const w = g[6], x = g[7], y = g[8], z = g[9], t = 2 / (w * w + x * x + y * y + z * z);
     double const turn[3][3] = {{1 - t * (y * y + z * z), t * (x * y - w * z), t * (x * z + w * y)},
                                {t * (x * y + w * z), 1 - t * (x * x + z * z), t * (y * z - w * x)},
@@ -70,7 +70,7 @@ inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m,
     s.d = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + dilation * (a + cc + dilation); // a c - b^2 loses the digits of needles
     s.a = a + dilation, s.c = cc + dilation;
     s.u = c.fx * p[0] / p[2], s.v = c.fy * p[1] / p[2], s.z = p[2];
-    if (bends) s.u = point.at[0], s.v = point.at[1];
+    if (bends) s.u = point.at[0], s.v = point.at[1], s.z = point.depth;
     s.opacity = 1 / (1 + std::exp(-g[10]));
     if (m.coverage == splat::Coverage::preserved)
         s.opacity *= std::sqrt(std::max(double{0.000025f}, (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / s.d));

@@ -63,9 +63,10 @@ struct LensFactor {
             float const t = k[1], t2 = t * t, scale = t / k[0];
             Real const q2 = s * t2, r = A::square_root(q2);
             auto const near = q2 < A::all(1e-3f);
-            Real const safe = A::select(near, one, q2), root = A::select(near, one, r), slope = one / (one + safe);
-            Real const value = angle_of<A>(one, root) / root, by = 0.5f * (slope - value) / safe;
-            Real const again = 0.5f * (-(slope * slope) - 3.0f * by) / safe;
+            Real const safe = A::select(near, one, q2), root = A::select(near, one, r), next = one + safe, per = one / (safe * next);
+            Real const slope = safe * per, per_safe = next * per; // 1 / (1 + q^2), 1 / q^2 by one division
+            Real const value = angle_of<A>(one, root) * (root * per_safe), by = 0.5f * (slope - value) * per_safe;
+            Real const again = 0.5f * (-(slope * slope) - 3.0f * by) * per_safe;
             factor = scale * A::select(near, A::multiply_add(q2, A::multiply_add(q2, A::all(0.2f), A::all(-1.0f / 3)), one), value);
             once = scale * t2 *
                    A::select(near, A::multiply_add(q2, A::multiply_add(q2, A::all(-3.0f / 7), A::all(0.4f)), A::all(-1.0f / 3)), by);
@@ -214,7 +215,7 @@ private:
         mix[0] = fx * ex * outward, mix[1] = -(fx * ey * around);
         mix[2] = fy * ey * outward, mix[3] = fy * ex * around;
         depth = length<A>(p);
-        seen = A::every(depth > A::all(c.near_depth), theta < A::all(lens.limit));
+        seen = A::every(depth > A::all(c.near_depth), depth < A::all(1e37f), theta < A::all(lens.limit)); // as `huge` in project_words
     }
 };
 
@@ -233,6 +234,52 @@ struct LensCurvature {
         u_xy = y * A::multiply_add(four * xx, f.twice, two * f.once) + p1;
         u_yy = x * A::multiply_add(four * yy, f.twice, two * f.once) + p2;
         v_yy = y * A::multiply_add(four * yy, f.twice, six * f.once) + A::all(3.0f) * p1;
+    }
+};
+
+/// The second derivatives of a fisheye at a point of view space. Its picture is f_k p_k phi with phi = distance / rho, so it suffices to know how phi
+/// moves: `slope` is its gradient, and `times(v)` its second derivatives times v.
+template <class A>
+struct FisheyeCurvature {
+    using Real = typename A::Real;
+    Vector3<A> p, slope;
+    Real a, b, c, zz; ///< of the second derivatives: a + b x^2, a + b y^2, zz on the diagonal; b x y, c x, c y beside it
+
+    TILEMESH_KERNEL FisheyeCurvature(Lens const& lens, Vector3<A> const& at) noexcept : p(at)
+    {
+        float const* const k = lens.k;
+        Real const zero = A::all(0.0f), one = A::all(1.0f), two = A::all(2.0f);
+        Real const rho2 = A::multiply_add(p.x, p.x, p.y * p.y), rho = A::square_root(rho2);
+        Real const all = A::multiply_add(p.z, p.z, rho2), per2 = one / all, per4 = per2 * per2;
+        auto const near = A::every(p.z > zero, rho2 < A::all(1e-3f) * (p.z * p.z)); // by a series, because the quotients cancel there
+        Real const theta = angle_of<A>(p.z, rho), s = theta * theta;
+        Real const g = A::multiply_add(
+            s, A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[3]), A::all(k[2])), A::all(k[1])), A::all(k[0])), one);
+        Real const once = A::multiply_add(
+            s,
+            A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(9 * k[3]), A::all(7 * k[2])), A::all(5 * k[1])), A::all(3 * k[0])),
+            one);
+        Real const twice = theta * A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(72 * k[3]), A::all(42 * k[2])), A::all(20 * k[1])),
+                                                   A::all(6 * k[0]));
+        Real const safe = A::select(near, one, rho), per_rho = one / safe, per_rho2 = per_rho * per_rho, phi = theta * g * per_rho;
+        Real const far_a = (once * p.z * per2 - phi) * per_rho2;
+        Real const far_b = ((twice * p.z * p.z * per_rho - two * once * p.z) * per4 - A::all(3.0f) * far_a) * per_rho2;
+        Real const far_c = (two * once - twice * p.z * per_rho) * per4;
+        // phi = 1/z + c1 rho^2 / z^3 + c2 rho^4 / z^5
+        float const c1 = k[0] - 1.0f / 3, c2 = k[1] - k[0] + 0.2f;
+        Real const per_z = one / A::select(near, p.z, one), per_z2 = per_z * per_z, q2 = rho2 * per_z2, per_z3 = per_z2 * per_z;
+        a = A::select(near, per_z3 * A::multiply_add(q2, A::all(4 * c2), A::all(2 * c1)), far_a);
+        b = A::select(near, A::all(8 * c2) * (per_z3 * per_z2), far_b);
+        c = A::select(near, per_z2 * per_z2 * A::multiply_add(q2, A::all(-20 * c2), A::all(-6 * c1)), far_c);
+        zz = (twice * rho + two * once * p.z) * per4;
+        slope = {a * p.x, a * p.y, -(once * per2)};
+    }
+    TILEMESH_KERNEL Vector3<A> times(Vector3<A> const& v) const noexcept
+    {
+        Real const along = b * A::multiply_add(p.x, v.x, p.y * v.y);
+        return {A::multiply_add(a, v.x, A::multiply_add(along, p.x, c * p.x * v.z)),
+                A::multiply_add(a, v.y, A::multiply_add(along, p.y, c * p.y * v.z)),
+                A::multiply_add(c, A::multiply_add(p.x, v.x, p.y * v.y), zz * v.z)};
     }
 };
 

@@ -55,7 +55,7 @@ struct ViewSlope {
 /// divisions, three roots.
 ///
 /// Through a lens of slopes, J moves with the mean by the second derivatives of the lens, up to its limit. Beyond it, neither J nor the slope
-/// by which the mean moves in the picture turns with the mean: an approximation, outside the picture. A fisheye has no chain rule here.
+/// by which the mean moves in the picture turns with the mean: an approximation, outside the picture.
 template <class A, class Optics = AnyLens>
 TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> const& g, View const& view, Moments<A> const& m,
                                             Slopes<A>& out) noexcept
@@ -85,7 +85,8 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
     f.px_per_x = A::all(c.fx) / z;
     f.px_per_y = A::all(c.fy) / z;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
-    splat::detail::Bent<A> const bent = bends ? splat::detail::Bent<A>(c, {dot(w0, d), dot(w1, d), z}) : splat::detail::Bent<A>();
+    Vector const mean{dot(w0, d), dot(w1, d), z};
+    splat::detail::Bent<A> const bent = bends ? splat::detail::Bent<A>(c, mean) : splat::detail::Bent<A>();
     if (bends) f.multiply(scale, bent);
     else f.multiply(scale);
     Real const free_x = A::select(A::magnitude(sx) <= A::all(view.rules.slope_limit[0]), one, zero);
@@ -142,17 +143,34 @@ TILEMESH_KERNEL typename A::Mask chain_rule(splat::detail::GaussianWords<A> cons
             by2 = {A::multiply_add(of2[i], f.axis[i].x, by2.x), A::multiply_add(of2[i], f.axis[i].y, by2.y),
                    A::multiply_add(of2[i], f.axis[i].z, by2.z)};
         }
-        splat::detail::LensCurvature<A> const bend(c.lens, bent.x, bent.y);
-        Real const q1x = by1.x - bent.x * by1.z, q1y = by1.y - bent.y * by1.z, q2x = by2.x - bent.x * by2.z, q2y = by2.y - bent.y * by2.z;
-        Real const fx = f.px_per_x * per_z, fy = f.px_per_y * per_z;
-        Real const inside = A::select(A::every(bent.x == sx, bent.y == sy), one, zero);
-        Real const tx = fx * A::multiply_add(bend.u_xx, q1x, bend.u_xy * q1y) + fy * A::multiply_add(bend.u_xy, q2x, bend.u_yy * q2y);
-        Real const ty = fx * A::multiply_add(bend.u_xy, q1x, bend.u_yy * q1y) + fy * A::multiply_add(bend.u_yy, q2x, bend.v_yy * q2y);
-        Real const g1 = by1.z * per_z, g2 = by2.z * per_z;
-        Real const from_x = A::multiply_add(by_u, bent.mix[0], by_v * bent.mix[2]), from_y = A::multiply_add(by_u, bent.mix[1], by_v * bent.mix[3]);
-        p = {from_x + inside * (tx - A::multiply_add(g1, j1.x, g2 * j2.x)), from_y + inside * (ty - A::multiply_add(g1, j1.y, g2 * j2.y)),
-             m.of[w_depth] - A::multiply_add(from_x, sx, from_y * sy) - sizes * per_z -
-                 inside * (A::multiply_add(g1, j1.z, g2 * j2.z) + A::multiply_add(bent.x, tx, bent.y * ty))};
+        if (c.lens.kind == LensKind::fisheye) {
+            splat::detail::FisheyeCurvature<A> const bend(c.lens, mean);
+            Real const fx = A::all(c.fx), fy = A::all(c.fy), g1 = fx * dot(bend.slope, by1), g2 = fy * dot(bend.slope, by2);
+            Vector const h1 = bend.times(by1), h2 = bend.times(by2);
+            Real const own = A::multiply_add(fx, by1.x, fy * by2.y), to1 = fx * mean.x, to2 = fy * mean.y, per_depth = m.of[w_depth] / bent.depth;
+            auto const by = [&](Real const& j1_i, Real const& j2_i, Real const& slope, Real const& h1_i, Real const& h2_i, Real const& mean_i,
+                                Real& to) noexcept {
+                to = A::multiply_add(by_u, j1_i, by_v * j2_i) + A::multiply_add(own, slope, A::multiply_add(to1, h1_i, to2 * h2_i)) +
+                     per_depth * mean_i;
+            };
+            by(j1.x, j2.x, bend.slope.x, h1.x, h2.x, mean.x, p.x);
+            by(j1.y, j2.y, bend.slope.y, h1.y, h2.y, mean.y, p.y);
+            by(j1.z, j2.z, bend.slope.z, h1.z, h2.z, mean.z, p.z);
+            p.x = p.x + g1, p.y = p.y + g2;
+        } else {
+            splat::detail::LensCurvature<A> const bend(c.lens, bent.x, bent.y);
+            Real const q1x = by1.x - bent.x * by1.z, q1y = by1.y - bent.y * by1.z, q2x = by2.x - bent.x * by2.z, q2y = by2.y - bent.y * by2.z;
+            Real const fx = f.px_per_x * per_z, fy = f.px_per_y * per_z;
+            Real const inside = A::select(A::every(bent.x == sx, bent.y == sy), one, zero);
+            Real const tx = fx * A::multiply_add(bend.u_xx, q1x, bend.u_xy * q1y) + fy * A::multiply_add(bend.u_xy, q2x, bend.u_yy * q2y);
+            Real const ty = fx * A::multiply_add(bend.u_xy, q1x, bend.u_yy * q1y) + fy * A::multiply_add(bend.u_yy, q2x, bend.v_yy * q2y);
+            Real const g1 = by1.z * per_z, g2 = by2.z * per_z;
+            Real const from_x = A::multiply_add(by_u, bent.mix[0], by_v * bent.mix[2]);
+            Real const from_y = A::multiply_add(by_u, bent.mix[1], by_v * bent.mix[3]);
+            p = {from_x + inside * (tx - A::multiply_add(g1, j1.x, g2 * j2.x)), from_y + inside * (ty - A::multiply_add(g1, j1.y, g2 * j2.y)),
+                 m.of[w_depth] - A::multiply_add(from_x, sx, from_y * sy) - sizes * per_z -
+                     inside * (A::multiply_add(g1, j1.z, g2 * j2.z) + A::multiply_add(bent.x, tx, bent.y * ty))};
+        }
     } else {
         Vector const e1{dv1.x * f.px_per_x * scale.x, dv1.y * f.px_per_x * scale.y, dv1.z * f.px_per_x * scale.z};
         Vector const e2{dv2.x * f.px_per_y * scale.x, dv2.y * f.px_per_y * scale.y, dv2.z * f.px_per_y * scale.z};
