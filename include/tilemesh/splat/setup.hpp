@@ -125,7 +125,7 @@ constexpr Setup make_homes() noexcept
 }
 } // namespace detail
 
-/// The default. No record is lost, pixels are floats, and the ledger holds everything that the kernels keep (622.3 KiB of Mk2's 624).
+/// The default. No record is lost, pixels are floats, and the ledger holds everything that the kernels keep (622.4 KiB of Mk2's 624).
 /// `Arithmetic::fast` takes 0.70 to 0.74 times the host time of `precise`, and its error against the picture in double precision is not
 /// larger (measured by bench/frame and bench/error_vs_time).
 ///
