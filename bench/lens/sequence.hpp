@@ -2,11 +2,9 @@
 #include <common/scenes.hpp>
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 /// A sequence of exact rays through a lens, mapped from nothing.
 struct SequenceRow {
-    std::string scene, lens;
     std::uint32_t frames = 0, lost = 0;
     double ate = 0, psnr = 0; ///< world units, the camera centres pose by pose; of the map's pictures against exact rays, dB
 };

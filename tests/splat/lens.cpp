@@ -275,8 +275,6 @@ TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, thre
 TEST_CASE("no record is NaN or infinite in a picture through a lens, and lanes have the bits of one float")
 {
     Random random(12);
-    float const infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-    float const odd[] = {0, -0.0f, 1, -1, 1e-38f, 1e-20f, -1e-3f, 0.2f, 0.21f, 3, 1e5f, 1e18f, -1e19f, 1e25f, -1e30f, 3e38f, infinity, -infinity, nan};
     std::uint32_t visible = 0, wrong = 0, broken = 0;
     for (auto const& [name, lens] : lenses()) {
         auto camera = through(lens, 64, 40);
@@ -286,15 +284,7 @@ TEST_CASE("no record is NaN or infinite in a picture through a lens, and lanes h
             auto const view = make_view(camera, rules);
             auto const tiling = make_tiling(64, 40, 16, 10);
             auto all = around(2048, 13);
-            for (auto& g : all) {
-                auto const spoil = [&](float& v) {
-                    if (random.below(6) == 0) v = odd[random.below(sizeof odd / sizeof odd[0])];
-                };
-                for (float& v : g.mean_world) spoil(v);
-                for (float& v : g.rotation) spoil(v);
-                for (float& v : g.log_scale) spoil(v);
-                spoil(g.opacity);
-            }
+            for (auto& g : all) support::spoil(g, random, 6);
             std::vector<Splat> lanes(all.size());
             project_all(all.data(), static_cast<std::uint32_t>(all.size()), view, tiling, lanes.data());
             for (std::size_t i = 0; i < all.size(); ++i) {

@@ -77,6 +77,22 @@ inline splat::Camera lens(std::uint32_t width, std::uint32_t height, float turn 
     return c;
 }
 
+/// Writes over a value of the record's mean, rotation, scales and opacity with probability 1 / `one_in`: with signed zeros, numbers at the ends
+/// of float, infinities and NaN.
+inline void spoil(splat::Gaussian& g, Random& random, std::uint32_t one_in)
+{
+    constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float odd[] = {0,    -0.0f, 1,      -1,    1e-38f, 1e-20f, -1e-3f,   0.2f,      0.21f, 3,
+                             1e5f, 1e18f, -1e19f, 1e25f, -1e30f, 3e38f,  infinity, -infinity, nan};
+    auto const over = [&](float& v) {
+        if (random.below(one_in) == 0) v = odd[random.below(std::size(odd))];
+    };
+    for (float& v : g.mean_world) over(v);
+    for (float& v : g.rotation) over(v);
+    for (float& v : g.log_scale) over(v);
+    over(g.opacity);
+}
+
 inline scene::Map map_of(std::vector<splat::Gaussian> gaussians)
 {
     scene::Map map;

@@ -27,10 +27,11 @@ inline Vector cross(Vector const& a, Vector const& b) noexcept
 
 /// A Gaussian before rays, in view space: `whitening` takes space to units of its standard deviations, and `mean` is its mean there.
 struct RayGaussian {
-    Matrix3 whitening; ///< lower triangular
-    Vector mean, towards;
-    double sine, cosine; ///< of the cone around the mean that holds all rays with an alpha of alpha_min or more
-    double depth, opacity, most;   ///< `most`: the square of the response's radius, in standard deviations, where alpha is alpha_min
+    Matrix3 whitening;           ///< lower triangular
+    Vector mean, towards;        ///< `towards`: a ray whose product with it is positive comes nearest to the mean in front of the camera
+    Vector direction;            ///< of the mean, in view space
+    double sine, cosine;         ///< of the cone around `direction` that holds all rays with an alpha of alpha_min or more
+    double depth, opacity, most; ///< `most`: the square of the response's radius, in standard deviations, where alpha is alpha_min
     std::array<double, 3> colour;
     splat::GaussianId id;
 };
@@ -86,6 +87,7 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
     // The Gaussian's ellipsoid lies in a ball of this radius: the largest eigenvalue of a covariance is below its trace.
     double const radius = std::sqrt(out.most * (covariance[0][0] + covariance[1][1] + covariance[2][2]));
     double const distance = std::sqrt(dot(p, p));
+    out.direction = {p[0] / distance, p[1] / distance, p[2] / distance};
     out.sine = radius < distance ? radius / distance : 1;
     out.cosine = radius < distance ? std::sqrt(1 - out.sine * out.sine) : -1; // the camera may be in the ball: any ray
     out.depth = point.depth, out.opacity = double{g.opacity}, out.colour = colour_seen(g, camera), out.id = g.id;
@@ -109,19 +111,10 @@ Image render_exact_rays(Records const& gaussians, splat::Camera const& camera_of
     using namespace detail;
     auto const camera = splat::make_view(camera_of_file, rules).camera;
     std::vector<RayGaussian> seen;
-    std::vector<Vector> directions; // of the means
     double const alpha_min = std::max(double{rules.alpha_min}, 1e-12);
     for (auto const& g : gaussians)
         if (RayGaussian one; before_rays(g, camera, rules, alpha_min, one)) seen.push_back(one);
     std::stable_sort(seen.begin(), seen.end(), [](auto const& a, auto const& b) { return a.depth != b.depth ? a.depth < b.depth : a.id < b.id; });
-    for (auto const& g : seen) {
-        Vector p; // the mean in view space: the whitening is triangular
-        p[0] = g.mean[0] / g.whitening[0][0];
-        p[1] = (g.mean[1] - g.whitening[1][0] * p[0]) / g.whitening[1][1];
-        p[2] = (g.mean[2] - g.whitening[2][0] * p[0] - g.whitening[2][1] * p[1]) / g.whitening[2][2];
-        double const size = std::sqrt(dot(p, p));
-        directions.push_back({p[0] / size, p[1] / size, p[2] / size});
-    }
 
     Image picture(camera.width, camera.height);
     if (depth != nullptr) *depth = Plane(camera.width, camera.height);
@@ -148,10 +141,12 @@ Image render_exact_rays(Records const& gaussians, splat::Camera const& camera_of
             if (dot(rays[i], rays[i]) > 0) cosine = std::min(cosine, dot(rays[i], axis));
         double const sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
         std::vector<std::size_t> list;
-        for (std::size_t i = 0; i < seen.size(); ++i)
+        for (std::size_t i = 0; i < seen.size(); ++i) {
             // Both cones meet unless the axes are farther apart than the sum of their angles, which is below 180 degrees.
-            if (seen[i].cosine < 0 || cosine < 0 || dot(directions[i], axis) >= cosine * seen[i].cosine - sine * seen[i].sine - 1e-9)
-                list.push_back(i);
+            auto const& g = seen[i];
+            bool const wide = g.cosine < 0 || cosine < 0;
+            if (wide || dot(g.direction, axis) >= cosine * g.cosine - sine * g.sine - 1e-9) list.push_back(i);
+        }
         n = 0;
         for (std::uint32_t y = y0; y < y1; ++y)
             for (std::uint32_t x = x0; x < x1; ++x, ++n) {

@@ -146,6 +146,27 @@ TILEMESH_KERNEL void unbend(Lens const& lens, typename A::Real const& u, typenam
     }
 }
 
+/// A fisheye at an angle `theta` from its axis: the distance in the picture is theta times `factor`, `slope` its derivative by theta.
+template <class A>
+struct FisheyeDistance {
+    using Real = typename A::Real;
+    Real theta, factor, slope;
+
+    TILEMESH_KERNEL FisheyeDistance(Lens const& lens, Real const& at) noexcept : theta(at)
+    {
+        float const* const k = lens.k;
+        Real const s = theta * theta, one = A::all(1.0f);
+        factor = one_plus(s, k[0], k[1], k[2], k[3], one);
+        slope = one_plus(s, 3 * k[0], 5 * k[1], 7 * k[2], 9 * k[3], one);
+    }
+
+private:
+    TILEMESH_KERNEL static Real one_plus(Real const& s, float a, float b, float c, float d, Real const& one) noexcept
+    {
+        return A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(d), A::all(c)), A::all(b)), A::all(a)), one);
+    }
+};
+
 /// A lens that bends, at one mean in view space: where the mean is in the picture, in focal lengths, and the Jacobian there as M [across; down],
 /// with `across` and `down` as covectors of view space and M in pixels per unit of length.
 template <class A>
@@ -191,31 +212,23 @@ private:
     }
     TILEMESH_KERNEL void by_angle(Camera const& c, Vector3<A> const& p) noexcept
     {
-        Lens const& lens = c.lens;
-        float const* const k = lens.k;
         Real const zero = A::all(0.0f), one = A::all(1.0f);
         Real const rho2 = A::multiply_add(p.x, p.x, p.y * p.y), all = A::multiply_add(p.z, p.z, rho2), rho = A::square_root(rho2);
         auto const off = rho > zero;
         Real const safe = A::select(off, rho, one), ex = A::select(off, p.x / safe, one), ey = A::select(off, p.y / safe, zero);
-        Real const theta = angle_of<A>(p.z, rho), s = theta * theta;
-        Real const g = A::multiply_add(
-            s, A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[3]), A::all(k[2])), A::all(k[1])), A::all(k[0])), one);
-        Real const slope = A::multiply_add(
-            s,
-            A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(9 * k[3]), A::all(7 * k[2])), A::all(5 * k[1])), A::all(3 * k[0])),
-            one);
-        Real const distance = theta * g;
+        FisheyeDistance<A> const at(c.lens, angle_of<A>(p.z, rho));
+        Real const distance = at.theta * at.factor;
         u = distance * ex, v = distance * ey;
         // Outward, (z e - rho e_z) slope / |p|^2; around, the distance over rho.
         x = y = zero;
         across = {p.z * ex, p.z * ey, -rho};
         down = {-ey, ex, zero};
-        Real const outward = slope / all, around = A::select(off, distance / safe, one / p.z);
+        Real const outward = at.slope / all, around = A::select(off, distance / safe, one / p.z);
         Real const fx = A::all(c.fx), fy = A::all(c.fy);
         mix[0] = fx * ex * outward, mix[1] = -(fx * ey * around);
         mix[2] = fy * ey * outward, mix[3] = fy * ex * around;
         depth = length<A>(p);
-        seen = A::every(depth > A::all(c.near_depth), depth < A::all(1e37f), theta < A::all(lens.limit)); // as `huge` in project_words
+        seen = A::every(depth > A::all(c.near_depth), depth < A::all(1e37f), at.theta < A::all(c.lens.limit)); // as `huge` in project_words
     }
 };
 
@@ -252,16 +265,11 @@ struct FisheyeCurvature {
         Real const rho2 = A::multiply_add(p.x, p.x, p.y * p.y), rho = A::square_root(rho2);
         Real const all = A::multiply_add(p.z, p.z, rho2), per2 = one / all, per4 = per2 * per2;
         auto const near = A::every(p.z > zero, rho2 < A::all(1e-3f) * (p.z * p.z)); // by a series, because the quotients cancel there
-        Real const theta = angle_of<A>(p.z, rho), s = theta * theta;
-        Real const g = A::multiply_add(
-            s, A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(k[3]), A::all(k[2])), A::all(k[1])), A::all(k[0])), one);
-        Real const once = A::multiply_add(
-            s,
-            A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(9 * k[3]), A::all(7 * k[2])), A::all(5 * k[1])), A::all(3 * k[0])),
-            one);
+        FisheyeDistance<A> const of(lens, angle_of<A>(p.z, rho));
+        Real const theta = of.theta, once = of.slope, s = theta * theta;
         Real const twice = theta * A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(72 * k[3]), A::all(42 * k[2])), A::all(20 * k[1])),
                                                    A::all(6 * k[0]));
-        Real const safe = A::select(near, one, rho), per_rho = one / safe, per_rho2 = per_rho * per_rho, phi = theta * g * per_rho;
+        Real const safe = A::select(near, one, rho), per_rho = one / safe, per_rho2 = per_rho * per_rho, phi = theta * of.factor * per_rho;
         Real const far_a = (once * p.z * per2 - phi) * per_rho2;
         Real const far_b = ((twice * p.z * p.z * per_rho - two * once * p.z) * per4 - A::all(3.0f) * far_a) * per_rho2;
         Real const far_c = (two * once - twice * p.z * per_rho) * per4;
