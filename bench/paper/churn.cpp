@@ -122,7 +122,7 @@ Counted count(scene::Map const& map, Motion const& motion, scene::Intrinsics con
 /// Counts the records that our mesh moves and those whose anchor tile changes by our projection, frame by frame of one motion.
 void count_on_mesh(Context const& context, scene::Map const& map, Motion const& motion, std::uint32_t frames, Rows& rows)
 {
-    Watched machine(map, {.threads = context.threads, .storage_slots = 20'000});
+    auto const machine = make_watched(map, {.threads = context.threads, .storage_slots = 20'000});
     std::vector<std::uint32_t> at(map.gaussians.size());
     auto const share = (at.size() + tiles - 1) / tiles;
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = static_cast<std::uint32_t>(i / share);
@@ -138,7 +138,8 @@ void count_on_mesh(Context const& context, scene::Map const& map, Motion const& 
             at[i] = index_of(s.anchor);
             ++moved;
         }
-        auto const counted = machine.render(camera).report.gaussians.moved;
+        machine->render(camera);
+        auto const counted = machine->report().gaussians.moved;
         different += counted != moved ? 1 : 0;
         if (k == 0) continue;
         on_mesh += counted;

@@ -65,7 +65,7 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
     for (auto const& v : views) predicted.push_back(walk(scene.map, v.camera, at));
 
     for (std::uint32_t const slots : {400u, 100u}) {
-        Watched machine(scene.map, {.threads = context.threads,
+        auto const machine = make_watched(scene.map, {.threads = context.threads,
                                     .channel_slots = slots,
                                     .storage_slots = 20'000,
                                     .footprint = splat::Footprint::three_sigma_square});
@@ -84,7 +84,8 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                                 "the path to the anchor and the tree of one record; the deepest tree has " + std::to_string(p.tree) +
                                     " steps; footprints are 3-sigma squares"});
             }
-            auto const r = machine.render(v.camera).report;
+            machine->render(v.camera);
+            auto const& r = machine->report();
             auto const route = r.exchanges.route, bloom = r.exchanges.bloom;
             Row counted{"convergence",
                         row,

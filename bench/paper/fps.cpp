@@ -1,4 +1,4 @@
-#include "modelled.hpp"
+#include "machines.hpp"
 #include "tables.hpp"
 #include <algorithm>
 #include <common/scenes.hpp>

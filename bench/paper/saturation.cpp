@@ -2,6 +2,7 @@
 #include "views.hpp"
 #include <algorithm>
 #include <bitset>
+#include <common/pictures.hpp>
 #include <common/scenes.hpp>
 #include <shared/png.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -36,9 +37,7 @@ public:
             }
             auto const s = splat::project(map.gaussians[row_of.at(id)], view, tiling_);
             if (!s.visible()) continue;
-            auto const t = touched_by(s, tiling_);
-            for (auto y = t.y0; y <= t.y1; ++y)
-                for (auto x = t.x0; x <= t.x1; ++x) set.set(y * grid_columns + x);
+            for_each_tile(s, tiling_, [&](std::uint32_t tile) { set.set(tile); });
         }
         for (auto const& set : sets_) named_ |= set, copies_ += set.count();
     }
@@ -141,7 +140,7 @@ void saturation(Context const& context, Rows& rows)
         add("PSNR (dB)", measures.psnr_db, "against the complete picture");
         if (!context.out.empty())
             shared::write_png(context.out / ("saturation_" + std::to_string(channel) + ".png"),
-                                  side_by_side({frame.image, *complete, plan}));
+                              bench::side_by_side({frame.image, *complete, plan}));
     }
 }
 
