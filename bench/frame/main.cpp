@@ -1,23 +1,64 @@
 // The time of the machine's frame, compared with a bare rasteriser and with the processor's peak.
-#include "measure.hpp"
+#include "frame.hpp"
 #include <algorithm>
 #include <common/fma_peak.hpp>
 #include <common/program.hpp>
 #include <common/statistics.hpp>
-#include <exception>
 #include <iostream>
-#include <new>
-#include <string>
-#include <tilemesh/error.hpp>
+#include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <vector>
 
 namespace {
 
 using namespace frame;
 using bench::fixed;
 using bench::median;
+using shared::option;
+
+/// The scenes that are measured by default: two SLAM maps, an object capture, the built-in map, and that map with a million Gaussians.
+constexpr char const* scene_names[] = {"sloth", "salad", "playbot_250k", "built_in", "built_in_1m"};
+
+constexpr auto all_scenes = shared::words_of(scene_names);
+constexpr auto all_motions = shared::words_of(bench::motion_names);
+constexpr shared::Option<Options> rows_of_options[] = {
+    shared::words<&Options::scenes>("scene", "NAME",
+                                    "{}: the last two are the built-in map, and that map with a million Gaussians; may be repeated "
+                                    "[all, unless there is a --map]",
+                                    all_scenes),
+    option<&Options::maps>("map", "FILE",
+                           "any map, seen whole and without its harmonics; may be repeated. A map of more than 100,000 Gaussians runs on a test "
+                           "machine with storage for it"),
+    shared::words<&Options::motions>("motion", "NAME", "{}; may be repeated [all]", all_motions),
+    option<&Options::threads>("threads", "N", "threads of rasteriser and mesh; may be repeated; all are measured in turn [1 and 2]", {1, 64}),
+    option<&Options::rounds>("rounds", "N", "measured rounds per motion, after 3 warm-up rounds [25, and 7 for maps of half a million]", {1, 10'000}),
+    shared::field<tilemesh::render::setup_field("arithmetic"), &Options::arithmetic>("NAME", to_string(tilemesh::splat::Lossless::arithmetic)),
+    option<&Options::homes>(
+        "homes", "", "also measure the program of homes on Mk2 (homes_ms), unless the view is static: it renders an unchanged view without running"),
+    option<&Options::wide>("wide", "", "also measure each mesh on a grid of 400 x 250 tiles, of which the frame occupies 40 x 36"),
+    option<&Options::arithmetics>("arithmetics", "",
+                                  "print another table instead: time, and error against the double reference with the same cut-offs, of the "
+                                  "rasteriser with precise and fast arithmetic, polynomials of lower degree, and a stop by blocks; for Sloth and "
+                                  "Salad unless scenes are named; --csv then has these columns")};
+
+shared::OptionTable table_of(Options& own)
+{
+    return bench::table_of({"frame",
+                            "Measures the host time of the machine's frame (lossless on Mk2, 40 x 36 tiles, 1280 x 720) beside a bare\n"
+                            "rasteriser with the same kernels and no mesh, and beside the FMA peak of the processor. All are measured\n"
+                            "in turn, round by round, so a busy machine slows all of them. Prints the medians of the rounds and of\n"
+                            "their ratios. In each round, mesh and rasteriser must have equal pictures, bit for bit.\n"
+                            "\n"
+                            "mesh_ms ends when the framebuffers are complete in the tiles. picture_ms is the time to assemble one\n"
+                            "picture on the host. In mesh_ms every tile composites. mesh_kept_ms is the time of a static view in which\n"
+                            "tiles keep their pixels. direct_over_roofline is the time of the evaluated pairs at FMA peak, 21\n"
+                            "operations each, over direct_ms. cycles_per_block_splat is the rasteriser's blending, over all threads,\n"
+                            "in cycles of the measured clock per 80 evaluated pairs. The columns _low and _high are the 20 % and 80 %\n"
+                            "quantiles. Counters are means over the measured frames.\n",
+                            "the built-in map unless scenes are named, 320 x 180, three motions, 3 rounds",
+                            "write a row per scene, motion, grid and number of threads"},
+                           own, rows_of_options);
+}
 
 /// The scenes that the options name and whose files exist, and the maps that the options name.
 std::vector<bench::Scene> scenes_of(Options const& options, tilemesh::scene::Size size)
@@ -28,7 +69,7 @@ std::vector<bench::Scene> scenes_of(Options const& options, tilemesh::scene::Siz
         if (options.scenes.empty() && options.quick && name != "built_in") continue;
         if (options.scenes.empty() && options.arithmetics && !options.quick && name != "sloth" && name != "salad") continue;
         if (!bench::has_scene(name, options.data)) {
-            std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
+            bench::say_skipped(name);
             continue;
         }
         scenes.push_back(bench::load_scene(name, options.data, size));
@@ -83,8 +124,7 @@ int run(Options const& options)
                 motion != "teleport")
                 continue;
             if (!bench::has_motion(motion, options.data)) {
-                std::cout << "skipped: " << scene.map.name << " with " << motion
-                          << " (its trajectory is not there; name its folder with --data)\n";
+                bench::say_skipped(scene.map.name + " with " + motion, "trajectory");
                 continue;
             }
             for (auto& row : measure(scene, motion, options, broken)) rows.push_back(std::move(row));
@@ -113,12 +153,16 @@ int run(Options const& options)
                       << ": the mesh of " << r.grid << " tiles takes " << band(r.over_narrow, 2)
                       << " times as long as that of " << rows.front().grid << "\n";
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows, options.arithmetic));
-    for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
-    std::cout << (broken.empty() ? "All pictures are the same, bit for bit.\n" : "");
-    return broken.empty() ? 0 : 1;
+    return bench::verdict(broken, "All pictures are the same, bit for bit.");
 }
 
 } // namespace
+
+void frame::Options::finish(shared::OptionTable const& given)
+{
+    bench::Options::finish(given);
+    if (threads.empty()) threads = {1, 2};
+}
 
 int main(int argc, char** argv)
 {

@@ -1,14 +1,13 @@
-#include "measure.hpp"
-#include "blend_ways.hpp"
+#include "frame.hpp"
 #include <algorithm>
 #include <cmath>
-#include <common/direct.hpp>
 #include <common/fma_peak.hpp>
+#include <common/machine.hpp>
 #include <common/statistics.hpp>
-#include <cstring>
 #include <memory>
 #include <numeric>
 #include <thread>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
@@ -19,7 +18,52 @@ namespace {
 
 namespace splat = tilemesh::splat;
 
-using tilemesh::report::Image;
+using bench::Machine;
+
+/// The stop of every machine here, and of the rasteriser: that of 3D Gaussian Splatting, so that other programs can be compared with this
+/// bench's results.
+constexpr float stop_of_3dgs = 1e-4f;
+
+/// The preset lossless with that stop.
+enum class Kind {
+    paper, ///< on Mk2, 40 x 36 tiles
+    large, ///< on a test machine with storage for a twelfth of the map on each of 40 x 36 tiles
+    wide   ///< on 400 x 250 tiles, of which the frame occupies 40 x 36
+};
+
+/// Do tiles whose splats and view did not change keep their pixels?
+enum class Pixels { composited, kept };
+
+std::unique_ptr<Machine> make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map, splat::Arithmetic arithmetic, std::uint32_t threads,
+                                      splat::Camera const& camera)
+{
+    auto setup = splat::setup_of<splat::Lossless>();
+    setup.rules.transmittance_min = stop_of_3dgs;
+    setup.rules.arithmetic = arithmetic;
+    tilemesh::RendererOptions options{.threads = threads, .keep_pixels = pixels == Pixels::kept};
+    if (kind == Kind::large) {
+        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+        // An object capture has most of its records, and their copies, on a few tiles.
+        setup.sizes.storage = std::max(20'000u, static_cast<std::uint32_t>(map.gaussians.size() / 12));
+    }
+    if (kind == Kind::wide) {
+        auto const part = [](std::uint32_t size, std::uint32_t tiles) { return (size + tiles - 1) / tiles; };
+        setup.machine = tilemesh::size_of_machine<tilemesh::TestMachine<tilemesh::Mk2::sram_bytes, 100'000>>();
+        options.grid = {400, 250};
+        options.tile = {part(camera.width, 40), part(camera.height, 36)};
+    }
+    return bench::make_machine(map, setup, options);
+}
+
+/// The program of homes on Mk2, with that stop.
+std::unique_ptr<tilemesh::Renderer> make_homes(tilemesh::scene::Map const& map, splat::Arithmetic arithmetic, std::uint32_t threads)
+{
+    auto choice = splat::homes_setup;
+    choice.fit = true;
+    choice.rules.transmittance_min = stop_of_3dgs;
+    choice.rules.arithmetic = arithmetic;
+    return std::make_unique<tilemesh::Renderer>(map, choice, tilemesh::RendererOptions{.threads = threads});
+}
 
 /// The operations of one evaluated pair: additions, compares, minima and roundings count 1, an FMA counts 2.
 constexpr double operations_per_pair = 21;
