@@ -30,8 +30,7 @@ using tilemesh::report::thousands;
 struct Options : bench::Options {
     std::filesystem::path write; ///< the folder of curve.svg; empty: not written
 };
-constexpr shared::Option<Options> options_of_it[] = {
-    shared::option<&Options::write>("write", "DIR", "write the plot curve.svg into this folder")};
+constexpr shared::Option<Options> options_of_it[] = {shared::option<&Options::write>("write", "DIR", "write the plot curve.svg into this folder")};
 shared::OptionTable table_of(Options& own)
 {
     return bench::table_of({"bytes_a_pixel",
@@ -43,9 +42,9 @@ shared::OptionTable table_of(Options& own)
 struct Row {
     std::string map;
     std::uint32_t budget = 0, record_bytes = 60;
-    std::uint64_t bytes = 0;         ///< of a tile, without code
+    std::uint64_t bytes = 0; ///< of a tile, without code
     std::uint32_t storage = 0, channel = 0;
-    std::uint64_t gaussians = 0;     ///< of the shrunk map
+    std::uint64_t gaussians = 0;       ///< of the shrunk map
     double shrunk_db = 0, psnr_db = 0; ///< the error of the shrunk map alone; and of the picture
     std::uint64_t missing = 0, exchanges = 0;
 };
@@ -113,8 +112,8 @@ Row measure(bench::Scene const& scene, Image const& exact, std::uint32_t budget,
 
 void write_plot(std::filesystem::path const& folder, std::vector<Row> const& rows)
 {
-    tilemesh::report::Plot plot{"256 x 256 pixels, 8 x 8 tiles, LargestFirst", {"bytes a pixel", tilemesh::report::PlotScale::logarithmic},
-                                {"PSNR, dB"}, {}, "exact"};
+    tilemesh::report::Plot plot{
+        "256 x 256 pixels, 8 x 8 tiles, LargestFirst", {"bytes a pixel", tilemesh::report::PlotScale::logarithmic}, {"PSNR, dB"}, {}, "exact"};
     for (auto const& r : rows) {
         auto const name = r.map + ", " + std::to_string(r.record_bytes) + " bytes";
         if (plot.series.empty() || plot.series.back().name != name)
@@ -154,8 +153,8 @@ int run(Options const& options)
         table.add_row({r.map, fixed(static_cast<double>(r.bytes) / tile_pixels, 1), std::to_string(r.record_bytes), thousands(r.storage),
                        thousands(r.channel), thousands(r.gaussians), db(r.shrunk_db), db(r.psnr_db), thousands(r.missing), thousands(r.exchanges)});
         csv += r.map;
-        for (std::uint64_t const n : {std::uint64_t{r.budget}, std::uint64_t{r.record_bytes}, r.bytes, std::uint64_t{r.storage},
-                                      std::uint64_t{r.channel}, r.gaussians})
+        for (std::uint64_t const n :
+             {std::uint64_t{r.budget}, std::uint64_t{r.record_bytes}, r.bytes, std::uint64_t{r.storage}, std::uint64_t{r.channel}, r.gaussians})
             csv += "," + std::to_string(n);
         csv += "," + db(r.shrunk_db) + "," + db(r.psnr_db) + "," + std::to_string(r.missing) + "," + std::to_string(r.exchanges) + "\n";
     }

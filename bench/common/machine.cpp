@@ -17,8 +17,7 @@ public:
     OverRenderer(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup, tilemesh::RendererOptions const& options,
                  Renderer::EngineOptions const& engine)
         : renderer_(map, setup, options, engine)
-    {
-    }
+    {}
     void wake(splat::Camera const& camera) override
     {
         renderer_.prepare(camera.width, camera.height);
@@ -45,7 +44,8 @@ private:
     tilemesh::RenderedFrame frame_;
 };
 
-std::unique_ptr<Machine> make(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup, tilemesh::RendererOptions const& options, bool traced)
+std::unique_ptr<Machine> make(tilemesh::scene::Map const& map, tilemesh::render::Setup const& setup, tilemesh::RendererOptions const& options,
+                              bool traced)
 {
     tilemesh::render::HostRenderer::EngineOptions engine;
     engine.trace = traced;

@@ -95,13 +95,12 @@ int run_arithmetics(Options const& options, tilemesh::scene::Size size)
     std::vector<ErrorRow> rows;
     for (auto const& scene : scenes_of(options, size))
         for (auto& row : measure_arithmetics(scene, options)) rows.push_back(std::move(row));
-    tilemesh::report::Table table{{"scene", "exponential", "stop", "threads", "direct ms", "over precise", "rms", "PSNR dB",
-                                   "differing bytes", "largest"}};
+    tilemesh::report::Table table{
+        {"scene", "exponential", "stop", "threads", "direct ms", "over precise", "rms", "PSNR dB", "differing bytes", "largest"}};
     for (auto const& r : rows) {
         auto const rms = bench::scientific(r.rms, 1);
-        table.add_row({r.scene, r.exponential, r.stop, std::to_string(r.threads), band(r.direct, 2),
-                       number(r.over_first, 3), rms, fixed(r.psnr_db, 1), tilemesh::report::thousands(r.differing_bytes),
-                       std::to_string(r.largest_byte)});
+        table.add_row({r.scene, r.exponential, r.stop, std::to_string(r.threads), band(r.direct, 2), number(r.over_first, 3), rms,
+                       fixed(r.psnr_db, 1), tilemesh::report::thousands(r.differing_bytes), std::to_string(r.largest_byte)});
     }
     std::cout << table;
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
@@ -120,9 +119,7 @@ int run(Options const& options)
     for (auto const& scene : scenes_of(options, size))
         for (std::string const motion : bench::motion_names) {
             if (!bench::chosen(options.motions, motion)) continue;
-            if (options.quick && options.motions.empty() && motion != "static" && motion != "orbit2" &&
-                motion != "teleport")
-                continue;
+            if (options.quick && options.motions.empty() && motion != "static" && motion != "orbit2" && motion != "teleport") continue;
             if (!bench::has_motion(motion, options.data)) {
                 bench::say_skipped(scene.map.name + " with " + motion, "trajectory");
                 continue;
@@ -131,27 +128,26 @@ int run(Options const& options)
             std::cerr << scene.map.name << " " << motion << "\n";
         }
 
-    tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "kept ms", "mesh / direct", "homes / direct",
-                                   "direct / roofline", "cycles a block-splat", "evaluated / contributing", "direct speedup", "mesh speedup"}};
-    tilemesh::report::Table stages{{"scene", "motion", "grid", "threads", "direct: project", "sort", "bin", "blend",
-                                    "mesh: project", "route", "bloom", "composite", "picture", "messages", "exchanges"}};
+    tilemesh::report::Table times{{"scene", "motion", "grid", "threads", "GFLOP/s", "direct ms", "mesh ms", "kept ms", "mesh / direct",
+                                   "homes / direct", "direct / roofline", "cycles a block-splat", "evaluated / contributing", "direct speedup",
+                                   "mesh speedup"}};
+    tilemesh::report::Table stages{{"scene", "motion", "grid", "threads", "direct: project", "sort", "bin", "blend", "mesh: project", "route",
+                                    "bloom", "composite", "picture", "messages", "exchanges"}};
     for (auto const& r : rows) {
         auto const threads = std::to_string(r.threads);
         times.add_row({r.scene, r.motion, r.grid, threads, number(r.gflops, 0), band(r.direct, 2), band(r.mesh, 2), band(r.kept, 2),
-                       band(r.mesh_over_direct, 2), band(r.homes_over_direct, 2), number(r.direct_over_roofline, 3), number(r.cycles_per_block_splat, 1),
-                       fixed(median(r.pairs) / std::max(median(r.contributing), 1.0), 2), number(r.direct_speedup, 2),
-                       number(r.mesh_speedup, 2)});
-        stages.add_row({r.scene, r.motion, r.grid, threads, number(r.direct_project, 3), number(r.direct_sort, 3),
-                        number(r.direct_bin, 3), number(r.direct_blend, 3), number(r.mesh_project, 3),
-                        number(r.mesh_route, 3), number(r.mesh_bloom, 3), number(r.mesh_composite, 3), number(r.picture, 3),
-                        number(r.messages, 0), number(r.exchanges, 0)});
+                       band(r.mesh_over_direct, 2), band(r.homes_over_direct, 2), number(r.direct_over_roofline, 3),
+                       number(r.cycles_per_block_splat, 1), fixed(median(r.pairs) / std::max(median(r.contributing), 1.0), 2),
+                       number(r.direct_speedup, 2), number(r.mesh_speedup, 2)});
+        stages.add_row({r.scene, r.motion, r.grid, threads, number(r.direct_project, 3), number(r.direct_sort, 3), number(r.direct_bin, 3),
+                        number(r.direct_blend, 3), number(r.mesh_project, 3), number(r.mesh_route, 3), number(r.mesh_bloom, 3),
+                        number(r.mesh_composite, 3), number(r.picture, 3), number(r.messages, 0), number(r.exchanges, 0)});
     }
     std::cout << times << "\n" << stages;
     for (auto const& r : rows)
         if (r.grid != rows.front().grid)
-            std::cout << r.scene << " " << r.motion << ", " << r.threads << (r.threads == 1 ? " thread" : " threads")
-                      << ": the mesh of " << r.grid << " tiles takes " << band(r.over_narrow, 2)
-                      << " times as long as that of " << rows.front().grid << "\n";
+            std::cout << r.scene << " " << r.motion << ", " << r.threads << (r.threads == 1 ? " thread" : " threads") << ": the mesh of " << r.grid
+                      << " tiles takes " << band(r.over_narrow, 2) << " times as long as that of " << rows.front().grid << "\n";
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows, options.arithmetic));
     return bench::verdict(broken, "All pictures are the same, bit for bit.");
 }

@@ -80,7 +80,7 @@ struct Contest {
     };
     std::vector<Entry> entries;
     std::unique_ptr<tilemesh::Renderer> homes; ///< in a moving view
-    std::unique_ptr<Machine> kept; ///< in a static view: the first entry's machine, whose tiles keep their pixels
+    std::unique_ptr<Machine> kept;             ///< in a static view: the first entry's machine, whose tiles keep their pixels
 };
 
 /// The default model with the stop of 3D Gaussian Splatting.
@@ -111,8 +111,7 @@ std::uint32_t rounds_of(Options const& options, tilemesh::scene::Map const& map)
 }
 
 /// One round of one contest. `measured`: false while the machine warms up.
-void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const& rules, bool measured,
-               std::vector<std::string>& broken)
+void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const& rules, bool measured, std::vector<std::string>& broken)
 {
     auto& direct = *contest.direct;
     auto const gflops = bench::FmaPeak::gflops(*contest.team);
@@ -126,8 +125,8 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const
         auto const& r = machine->report();
         if (!direct.equals(machine->image())) broken.push_back("the mesh's picture is not the rasteriser's");
         if (r.pairs_contributing != direct.pairs_contributing())
-            broken.push_back("the mesh counts " + std::to_string(r.pairs_contributing) +
-                             " contributing pairs, the rasteriser " + std::to_string(direct.pairs_contributing()));
+            broken.push_back("the mesh counts " + std::to_string(r.pairs_contributing) + " contributing pairs, the rasteriser " +
+                             std::to_string(direct.pairs_contributing()));
         if (!measured) continue;
         auto const mesh = r.host_ms.total - r.host_ms.picture;
         auto const pairs = static_cast<double>(direct.pairs());
@@ -199,8 +198,7 @@ double mean(Samples const& s)
 
 } // namespace
 
-std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, Options const& options,
-                         std::vector<std::string>& broken)
+std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, Options const& options, std::vector<std::string>& broken)
 {
     auto const rounds = rounds_of(options, scene.map);
     std::uint32_t const warm_up = options.quick ? 1 : 3;
@@ -208,8 +206,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     auto const rules = rules_of(options);
     std::vector<Contest> contests;
     for (auto const threads : options.threads) {
-        Contest c{
-            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}, {}};
+        Contest c{threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}, {}};
         auto const machine = [&](Kind kind, Pixels pixels) {
             return make_machine(kind, pixels, scene.map, options.arithmetic, threads, scene.camera);
         };
@@ -234,8 +231,8 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     std::size_t round = 0;
     for (; round < cameras.size(); ++round)
         for (auto& c : contests) run_round(c, cameras[round], rules, round > warm_up, found);
-    if (options.arithmetic == splat::Arithmetic::precise && !contests.front().direct->equals(tilemesh::report::render_naive(
-                                                                scene.map.gaussians, cameras.back(), rules_with_stop())))
+    if (options.arithmetic == splat::Arithmetic::precise &&
+        !contests.front().direct->equals(tilemesh::report::render_naive(scene.map.gaussians, cameras.back(), rules_with_stop())))
         found.push_back("the last picture is not the naive one");
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -268,9 +265,8 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
         rows.back().threads = threads;
     }
     auto const rules = rules_with_stop();
-    auto const reference =
-        tilemesh::report::render_double(scene.map.gaussians, scene.camera, rules, tilemesh::report::Cuts::same,
-                                        std::max(1u, std::thread::hardware_concurrency()));
+    auto const reference = tilemesh::report::render_double(scene.map.gaussians, scene.camera, rules, tilemesh::report::Cuts::same,
+                                                           std::max(1u, std::thread::hardware_concurrency()));
     bench::Direct direct(scene.map.gaussians);
     bench::Team team(threads);
     std::uint32_t const warm_up = options.quick ? 1 : 3, rounds = rounds_of(options, scene.map);
@@ -292,8 +288,7 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
             }
         }
     for (auto& row : rows)
-        for (std::size_t k = 0; k < row.direct.size(); ++k)
-            row.over_first.push_back(row.direct[k] / rows.front().direct[k]);
+        for (std::size_t k = 0; k < row.direct.size(); ++k) row.over_first.push_back(row.direct[k] / rows.front().direct[k]);
     return rows;
 }
 
@@ -329,12 +324,9 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         {"homes_ms", &Row::homes, 4},
         {"homes_over_direct", &Row::homes_over_direct, 4},
     };
-    auto const middle = [](Samples const& s, int places) {
-        return s.empty() ? std::string{} : bench::fixed(bench::median(s), places);
-    };
-    std::string out =
-        "scene,motion,threads,fma_gflops,direct_ms,mesh_ms,mesh_over_direct,direct_over_roofline,pairs_evaluated,"
-        "pairs_contributing,messages,exchanges,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
+    auto const middle = [](Samples const& s, int places) { return s.empty() ? std::string{} : bench::fixed(bench::median(s), places); };
+    std::string out = "scene,motion,threads,fma_gflops,direct_ms,mesh_ms,mesh_over_direct,direct_over_roofline,pairs_evaluated,"
+                      "pairs_contributing,messages,exchanges,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
     for (std::size_t i = 0; i < std::size(banded); ++i) {
         std::string const name = banded[i].name;
         if (i >= 5) out += "," + name; // the first five come before the counters
@@ -344,22 +336,20 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
     for (auto const& r : rows) {
         out += r.scene + "," + r.motion + "," + std::to_string(r.threads);
         for (std::size_t i = 0; i < 5; ++i) out += "," + middle(r.*banded[i].samples, banded[i].places);
-        out += "," + bench::fixed(mean(r.pairs), 0) + "," + bench::fixed(mean(r.contributing), 0) + "," +
-               bench::fixed(mean(r.messages), 1) + "," + bench::fixed(mean(r.exchanges), 2) + "," + r.grid + "," +
-               to_string(arithmetic);
+        out += "," + bench::fixed(mean(r.pairs), 0) + "," + bench::fixed(mean(r.contributing), 0) + "," + bench::fixed(mean(r.messages), 1) + "," +
+               bench::fixed(mean(r.exchanges), 2) + "," + r.grid + "," + to_string(arithmetic);
 #if defined(__clang__)
         out += ",clang " + std::to_string(__clang_major__);
 #else
         out += ",gcc " + std::to_string(__GNUC__);
 #endif
-        out += std::string(",") + bench::FmaPeak::instructions + "," + std::to_string(r.direct.size()) + "," +
-               std::to_string(r.visible) + "," + std::to_string(r.entries) + "," + bench::fixed(mean(r.moved), 1);
+        out += std::string(",") + bench::FmaPeak::instructions + "," + std::to_string(r.direct.size()) + "," + std::to_string(r.visible) + "," +
+               std::to_string(r.entries) + "," + bench::fixed(mean(r.moved), 1);
         for (std::size_t i = 0; i < std::size(banded); ++i) {
             auto const& samples = r.*banded[i].samples;
             if (i >= 5) out += "," + middle(samples, banded[i].places);
             for (double const share : {0.2, 0.8})
-                out += "," +
-                       (samples.empty() ? std::string{} : bench::fixed(bench::quantile(samples, share), banded[i].places));
+                out += "," + (samples.empty() ? std::string{} : bench::fixed(bench::quantile(samples, share), banded[i].places));
         }
         out += "\n";
     }
@@ -368,16 +358,14 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
 
 std::string csv(std::vector<ErrorRow> const& rows)
 {
-    std::string out =
-        "scene,exponential,stop,threads,direct_ms,direct_ms_low,direct_ms_high,over_first,rms,psnr_db,differing_bytes,"
-        "largest_byte\n";
+    std::string out = "scene,exponential,stop,threads,direct_ms,direct_ms_low,direct_ms_high,over_first,rms,psnr_db,differing_bytes,"
+                      "largest_byte\n";
     for (auto const& r : rows) {
         auto const rms = bench::scientific(r.rms, 3);
-        out += r.scene + "," + r.exponential + "," + r.stop + "," + std::to_string(r.threads) + "," +
-               bench::fixed(bench::median(r.direct), 4) + "," + bench::fixed(bench::quantile(r.direct, 0.2), 4) + "," +
-               bench::fixed(bench::quantile(r.direct, 0.8), 4) + "," + bench::fixed(bench::median(r.over_first), 4) + "," +
-               rms + "," + bench::fixed(r.psnr_db, 2) + "," + std::to_string(r.differing_bytes) + "," +
-               std::to_string(r.largest_byte) + "\n";
+        out += r.scene + "," + r.exponential + "," + r.stop + "," + std::to_string(r.threads) + "," + bench::fixed(bench::median(r.direct), 4) + "," +
+               bench::fixed(bench::quantile(r.direct, 0.2), 4) + "," + bench::fixed(bench::quantile(r.direct, 0.8), 4) + "," +
+               bench::fixed(bench::median(r.over_first), 4) + "," + rms + "," + bench::fixed(r.psnr_db, 2) + "," + std::to_string(r.differing_bytes) +
+               "," + std::to_string(r.largest_byte) + "\n";
     }
     return out;
 }

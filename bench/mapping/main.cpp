@@ -99,10 +99,9 @@ std::vector<Scene> scenes_of(Options const& o)
         }
         auto const cameras = scene::select_cameras(scene::load_cameras(o.data / "cameras.json"), name + "/front", name);
         Scene s{name, scene::load_map(file), scene::resized(cameras.front().camera, 160, 90), {}};
-        auto const poses = scene::relative_to_first(scene::load_trajectory(o.data / "trajectories" / "fr1_xyz.tum"),
-                                                    scene::pose_of(s.camera));
-        for (std::size_t k = 0; k < poses.size() && s.path.size() < 16; k += 25) s.path.push_back(scene::make_camera(poses[k].pose,
-            scene::lens_of(s.camera)));
+        auto const poses = scene::relative_to_first(scene::load_trajectory(o.data / "trajectories" / "fr1_xyz.tum"), scene::pose_of(s.camera));
+        for (std::size_t k = 0; k < poses.size() && s.path.size() < 16; k += 25)
+            s.path.push_back(scene::make_camera(poses[k].pose, scene::lens_of(s.camera)));
         out.push_back(std::move(s));
     }
     return out;
@@ -232,7 +231,7 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
 {
     std::cout << "\nPSNR in dB by steps, one view a step; means of 8 views of 160 x 90, and of 8 others that are held out\n\n"
               << "| map | optimiser | start | 8 | 40 | 80 | " << o.steps
-                  << " | held out, start | end | host ms a step |\n|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+              << " | held out, start | end | host ms a step |\n|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n";
     int status = 0;
     std::string csv = "scene,optimiser,start,at_8,at_40,at_80,end,held_out_start,held_out_end\n";
     for (auto const& s : scenes) {
@@ -254,7 +253,7 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
 void times(Options const& o, std::vector<Scene> const& scenes)
 {
     std::cout << "\nHost ms at 640 x 480, medians of " << o.rounds
-        << " rounds: the picture with its loss (projection, sorting, first walk), and a step\n\n"
+              << " rounds: the picture with its loss (projection, sorting, first walk), and a step\n\n"
               << "| map | threads | picture | step | step - picture, over the picture |\n|---|--:|--:|--:|--:|\n";
     for (auto const& s : scenes) {
         auto const camera = scene::resized(s.camera, 640, 480);
@@ -262,8 +261,7 @@ void times(Options const& o, std::vector<Scene> const& scenes)
         float const depth = median_depth(target);
         std::vector<std::unique_ptr<mapping::Refiner<>>> refiners;
         std::array<std::vector<double>, 2> picture, step;
-        for (std::uint32_t threads : {1u, 2u}) refiners.push_back(std::make_unique<mapping::Refiner<>>(spoilt(s.map, depth),
-            options_for(threads)));
+        for (std::uint32_t threads : {1u, 2u}) refiners.push_back(std::make_unique<mapping::Refiner<>>(spoilt(s.map, depth), options_for(threads)));
         bench::Stopwatch watch;
         for (std::uint32_t round = 0; round <= o.rounds; ++round)
             for (std::size_t i = 0; i < 2; ++i) {
@@ -276,8 +274,7 @@ void times(Options const& o, std::vector<Scene> const& scenes)
             }
         for (std::size_t i = 0; i < 2; ++i) {
             double const a = bench::median(picture[i]), b = bench::median(step[i]);
-            std::cout << "| " << s.name << " | " << i + 1 << " | " << fixed(a, 1) << " | " << fixed(b, 1) << " | "
-                << fixed((b - a) / a, 2) << " |\n";
+            std::cout << "| " << s.name << " | " << i + 1 << " | " << fixed(a, 1) << " | " << fixed(b, 1) << " | " << fixed((b - a) / a, 2) << " |\n";
         }
     }
 }
@@ -312,8 +309,8 @@ void rest(Refiner& on_mesh, splat::Camera const& camera, CostModel const& model)
     auto const cost = model_cost(model, on_mesh.mesh().trace(), on_mesh.mesh().grid());
     std::uint64_t bytes = 0, passes = 0;
     for (auto const& step : on_mesh.run().steps) bytes += step.live_bytes, passes += step.passes;
-    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1)
-              << " MB, " << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
+    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1) << " MB, "
+              << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
 }
 
 /// Two keyframes of a map that grows from nothing, without a step: what the second one costs.
@@ -335,8 +332,8 @@ void keyframe(std::vector<splat::Camera> const& cameras, std::vector<mapping::Ta
     auto const lost = grown.lost();
     std::cout << "(keyframes: " << thousands(first.inserted) << " and " << thousands(second.inserted) << " Gaussians, "
               << thousands(first.refused + second.refused) << " refused, " << thousands(lost.copies + lost.records)
-              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass "
-              << cycles_of("pass cells") << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
+              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass " << cycles_of("pass cells")
+              << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
     grown.remove(depth);
     std::cout << "; remove " << cycles_of("") << " ms)\n";
 }
@@ -397,13 +394,15 @@ int mesh(std::vector<Scene> const& scenes)
                     if (peak.region == splat::map::Entries::name) most = peak.items;
                 out -= lost.copies; // its message was answered at once
                 if (out != back + lost.copies)
-                    throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) +
-                                " back); mend the program");
-                std::cout << "| " << s.name << " | " << (row == 0 ? "own" : row == 1 ? "turned" : "rested") << " | " << size.width << " x "
-                          << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | " << thousands(out) << " | "
-                          << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | " << fixed(static_cast<double>(back_bytes) * 1e-6, 1)
-                          << " | " << passes << " | " << thousands(most) << " | " << thousands(on_mesh.sizes().entries) << " | "
-                          << thousands(lost.copies + lost.records);
+                    throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) + " back); mend the program");
+                std::cout << "| " << s.name << " | "
+                          << (row == 0   ? "own"
+                              : row == 1 ? "turned"
+                                         : "rested")
+                          << " | " << size.width << " x " << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | "
+                          << thousands(out) << " | " << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | "
+                          << fixed(static_cast<double>(back_bytes) * 1e-6, 1) << " | " << passes << " | " << thousands(most) << " | "
+                          << thousands(on_mesh.sizes().entries) << " | " << thousands(lost.copies + lost.records);
                 for (auto const c : cycles) std::cout << " | " << fixed(milliseconds(model, c), 2);
                 std::cout << " | " << fixed(milliseconds(model, all), 2) << " | " << fixed(1000 / milliseconds(model, all), 0) << " |\n";
             }

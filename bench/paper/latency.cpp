@@ -131,9 +131,10 @@ void latency(Context const& context, Rows& rows)
                 exact += d.least == d.distance / hops && d.most == d.distance / hops ? d.gaussians : 0;
             }
             auto const add = [&](Delay const& d) {
-                rows.push_back({"latency", name, "frames until it is there, " + std::to_string(d.distance) + " tiles off",
-                                static_cast<double>(d.distance), static_cast<double>(d.most), "counted",
-                                "Gaussians: " + std::to_string(d.gaussians) + ", the fastest after " + std::to_string(d.least) + "; one hop a frame"});
+                rows.push_back(
+                    {"latency", name, "frames until it is there, " + std::to_string(d.distance) + " tiles off", static_cast<double>(d.distance),
+                     static_cast<double>(d.most), "counted",
+                     "Gaussians: " + std::to_string(d.gaussians) + ", the fastest after " + std::to_string(d.least) + "; one hop a frame"});
             };
             std::uint32_t next = 1;
             for (auto const& d : found.delays) {

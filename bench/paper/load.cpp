@@ -48,8 +48,7 @@ Spread spread(scene::Map const& map, splat::Camera const& camera)
     double ranked = 0; // Gini: sum over ranks of (2 rank - n - 1) value, over n times the sum
     for (std::uint32_t i = 0; i < tiles; ++i) ranked += (2.0 * i + 1.0 - tiles) * sorted[i];
     out.gini = sum > 0 ? ranked / (tiles * sum) : 0;
-    out.above_buffer =
-        static_cast<std::uint32_t>(std::count_if(sorted.begin(), sorted.end(), [](auto n) { return n > render_buffer; }));
+    out.above_buffer = static_cast<std::uint32_t>(std::count_if(sorted.begin(), sorted.end(), [](auto n) { return n > render_buffer; }));
     return out;
 }
 
@@ -64,8 +63,7 @@ std::vector<Viewpoint> viewpoints(std::string const& name, Context const& contex
     std::vector<Viewpoint> out;
     if (name != "built_in") {
         auto const all = scene::load_cameras(context.data / "cameras.json");
-        for (auto const& [view, camera] :
-             {std::pair{"near", "close"}, std::pair{"middle", "front"}, std::pair{"far", "far"}})
+        for (auto const& [view, camera] : {std::pair{"near", "close"}, std::pair{"middle", "front"}, std::pair{"far", "far"}})
             out.push_back({view, scene::select_cameras(all, name + "/" + camera, name).front().camera});
         return out;
     }
@@ -96,7 +94,8 @@ void load(Context const& context, Rows& rows)
                 rows.push_back({"load", name + ", " + v.name, quantity, {}, value, "counted", what + note});
             };
             add("max on a tile", s.most,
-                "; at most " + std::to_string(s.anchors) + " anchors; " + std::to_string(s.above_buffer) + " tiles above the figure's render buffer of 900");
+                "; at most " + std::to_string(s.anchors) + " anchors; " + std::to_string(s.above_buffer) +
+                    " tiles above the figure's render buffer of 900");
             add("min on a tile", s.least, "");
             add("mean on a tile", s.mean, "");
             add("max over mean", s.mean > 0 ? s.most / s.mean : 0, "");

@@ -13,8 +13,7 @@ std::unique_ptr<bench::Machine> make_watched(scene::Map const& map, Watched cons
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes.storage = options.storage_slots;
     setup.sizes.road = setup.sizes.beam = options.channel_slots;
-    return bench::make_traced_machine(map, setup,
-                                      {.threads = options.threads, .grid = {grid_columns, grid_rows}, .footprint = options.footprint});
+    return bench::make_traced_machine(map, setup, {.threads = options.threads, .grid = {grid_columns, grid_rows}, .footprint = options.footprint});
 }
 
 PaperFrame render_paper(scene::Map const& map, splat::Camera const& camera, std::uint32_t channel_slots, std::uint32_t storage_slots,

@@ -45,8 +45,7 @@ std::uint32_t hops_between(std::uint32_t tile, std::uint32_t other)
 Touched touched_by(splat::Splat const& s, splat::Tiling const& tiling)
 {
     auto const r = s.rect();
-    return {r.x0 / tiling.tile_width, (r.x1 - 1) / tiling.tile_width, r.y0 / tiling.tile_height,
-            (r.y1 - 1) / tiling.tile_height};
+    return {r.x0 / tiling.tile_width, (r.x1 - 1) / tiling.tile_width, r.y0 / tiling.tile_height, (r.y1 - 1) / tiling.tile_height};
 }
 
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most)

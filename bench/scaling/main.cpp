@@ -115,8 +115,7 @@ std::vector<Point> points_of(std::string const& axis, bool quick)
         for (std::uint32_t const n : {1'000u, 4'000u, 16'000u, 64'000u, 250'000u, 1'000'000u})
             if (!quick || n <= 4'000) add(n).gaussians = n;
     } else if (axis == "pixels") {
-        for (Size const s :
-             {Size{320, 180}, Size{640, 360}, Size{1280, 720}, Size{1920, 1080}, Size{2560, 1440}, Size{3840, 2160}})
+        for (Size const s : {Size{320, 180}, Size{640, 360}, Size{1280, 720}, Size{1920, 1080}, Size{2560, 1440}, Size{3840, 2160}})
             if (!quick || s.width <= 640) add(std::uint64_t{s.width} * s.height).size = s;
     } else if (axis == "tiles") {
         for (Extent2 const g : {Extent2{10, 9}, Extent2{20, 18}, Extent2{40, 36}, Extent2{80, 72}, Extent2{160, 144}})
@@ -210,28 +209,25 @@ void conclude(std::string const& axis, std::vector<Row> const& rows, Options con
         }
         if (x.size() < 2) continue;
         std::cout << axis << ", " << threads << (threads == 1 ? " thread" : " threads") << ": direct ~ n^"
-                  << bench::fixed(bench::fit_power(x, direct).exponent, 2) << ", mesh ~ n^"
-                  << bench::fixed(bench::fit_power(x, mesh).exponent, 2) << ", evaluated pairs ~ n^"
-                  << bench::fixed(bench::fit_power(x, pairs).exponent, 2);
+                  << bench::fixed(bench::fit_power(x, direct).exponent, 2) << ", mesh ~ n^" << bench::fixed(bench::fit_power(x, mesh).exponent, 2)
+                  << ", evaluated pairs ~ n^" << bench::fixed(bench::fit_power(x, pairs).exponent, 2);
         auto const slope = bench::fit_slope(x, bytes);
         if (axis == "gaussians") std::cout << "; " << bench::fixed(slope, 0) << " bytes a Gaussian";
         else if (axis == "pixels") std::cout << "; " << bench::fixed(slope, 1) << " bytes a pixel";
         else if (axis == "tiles") std::cout << "; " << bench::fixed(slope, 0) << " bytes a tile";
         else
-            std::cout << "; " << bench::fixed(slope, 0) << " bytes an idle tile, "
-                      << bench::fixed(bench::fit_slope(x, bytes_empty), 0) << " where it has never held a record";
+            std::cout << "; " << bench::fixed(slope, 0) << " bytes an idle tile, " << bench::fixed(bench::fit_slope(x, bytes_empty), 0)
+                      << " where it has never held a record";
         std::cout << "\n";
     }
 }
 
 std::string csv(std::vector<Row> const& rows)
 {
-    std::string out =
-        "axis,value,threads,direct_ms,mesh_ms,bytes,direct_ms_low,direct_ms_high,mesh_ms_low,mesh_ms_high,pairs,messages,bytes_empty\n";
+    std::string out = "axis,value,threads,direct_ms,mesh_ms,bytes,direct_ms_low,direct_ms_high,mesh_ms_low,mesh_ms_high,pairs,messages,bytes_empty\n";
     for (auto const& r : rows) {
-        out += r.axis + "," + std::to_string(r.value) + "," + std::to_string(r.threads) + "," +
-               bench::fixed(bench::median(r.direct), 4) + "," + bench::fixed(bench::median(r.mesh), 4) + "," +
-               bench::fixed(r.bytes, 0);
+        out += r.axis + "," + std::to_string(r.value) + "," + std::to_string(r.threads) + "," + bench::fixed(bench::median(r.direct), 4) + "," +
+               bench::fixed(bench::median(r.mesh), 4) + "," + bench::fixed(r.bytes, 0);
         for (auto const* samples : {&r.direct, &r.mesh})
             for (double const share : {0.2, 0.8}) out += "," + bench::fixed(bench::quantile(*samples, share), 4);
         out += "," + bench::fixed(r.pairs, 0) + "," + bench::fixed(r.messages, 0) + "," +
@@ -257,13 +253,11 @@ int run(Options const& options)
             std::cerr << axis << " " << tilemesh::report::thousands(point.value) << "\n";
         }
     }
-    tilemesh::report::Table table{
-        {"axis", "value", "threads", "direct ms", "mesh ms", "mesh / direct", "MB", "pairs", "messages"}};
+    tilemesh::report::Table table{{"axis", "value", "threads", "direct ms", "mesh ms", "mesh / direct", "MB", "pairs", "messages"}};
     for (auto const& r : rows)
-        table.add_row({r.axis, tilemesh::report::thousands(r.value), std::to_string(r.threads),
-                       bench::fixed(bench::median(r.direct), 2), bench::fixed(bench::median(r.mesh), 2),
-                       bench::fixed(bench::median(r.mesh) / bench::median(r.direct), 2), bench::fixed(r.bytes / 1e6, 1),
-                       bench::fixed(r.pairs, 0), bench::fixed(r.messages, 0)});
+        table.add_row({r.axis, tilemesh::report::thousands(r.value), std::to_string(r.threads), bench::fixed(bench::median(r.direct), 2),
+                       bench::fixed(bench::median(r.mesh), 2), bench::fixed(bench::median(r.mesh) / bench::median(r.direct), 2),
+                       bench::fixed(r.bytes / 1e6, 1), bench::fixed(r.pairs, 0), bench::fixed(r.messages, 0)});
     std::cout << table << "\n";
     for (auto const* axis : axis_names) conclude(axis, rows, options);
     if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv(rows));
