@@ -37,31 +37,6 @@ std::uint32_t ulps_between(float a, float b)
     return static_cast<std::uint32_t>(i > j ? i - j : j - i);
 }
 
-/// A folder that removes itself.
-class TempFolder {
-public:
-    TempFolder() : place_("", "_folder")
-    {
-        std::filesystem::remove(place_.path());
-        std::filesystem::create_directory(place_.path());
-    }
-    ~TempFolder()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(place_.path(), ignored);
-    }
-    std::filesystem::path const& path() const { return place_.path(); }
-    std::filesystem::path write(std::string const& name, std::string const& bytes) const
-    {
-        std::filesystem::create_directories((path() / name).parent_path());
-        std::ofstream(path() / name, std::ios::binary) << bytes;
-        return path() / name;
-    }
-
-private:
-    TempFile place_;
-};
-
 } // namespace
 
 TEST_CASE("a COLMAP model is read field by field")
@@ -79,30 +54,21 @@ TEST_CASE("a COLMAP model is read field by field")
     CHECK(cameras[0].file.empty());
     CHECK(cameras[0].name == "folder/a picture.png");
     auto const& c = cameras[0].camera;
-    CHECK(c.width == 640);
-    CHECK(c.height == 480);
-    CHECK(c.fx == 500.0f);
-    CHECK(c.fy == 510.0f);
-    CHECK(c.cx == 320.5f);
-    CHECK(c.cy == 239.5f);
-    CHECK(c.near_depth == 0.2f);
+    check_lens(c, 640, 480, 500, 510, 320.5f, 239.5f);
     CHECK(c.rotation[0][2] == 1.0f);
     CHECK(c.rotation[2][0] == -1.0f);
     CHECK(c.position[0] == 3.0f);
     CHECK(c.position[1] == -2.0f);
     CHECK(c.position[2] == -1.0f);
     CHECK(cameras[1].name == "b.png");
-    CHECK(cameras[1].camera.fx == 900.0f);
-    CHECK(cameras[1].camera.fy == 900.0f);
-    CHECK(cameras[1].camera.cx == 640.0f);
+    check_lens(cameras[1].camera, 1280, 720, 900, 900, 640, 360);
     CHECK(cameras[2].name == "c.png");
     CHECK(scene::label(cameras[2]) == "c.png");
     CHECK(scene::select_cameras(cameras, "", "any map").size() == 3);
 
     CHECK(read(lenses, "").empty());
-    CHECK(read("\xef\xbb\xbf" + lenses, "\xef\xbb\xbf"
-                                        "3 1 0 1 0 1 2 3 1 a")
-              .size() == 1);
+    std::string const mark = "\xef\xbb\xbf";
+    CHECK(read(mark + lenses, mark + "3 1 0 1 0 1 2 3 1 a").size() == 1);
 }
 
 TEST_CASE("one camera in the three forms is one camera")
@@ -113,9 +79,8 @@ TEST_CASE("one camera in the three forms is one camera")
     };
     // Quarter and third turns have a rotation of integers: equal bits. For other turns, the files hold the centre or t, each rounded to
     // double, so the cameras differ at most in the last bit of a float.
-    for (auto const& [q, t, most_ulps] :
-         {Example{{1, 0, 1, 0}, {1, 2, 3}, 0}, Example{{1, 1, 1, 1}, {-0.25, 8, 1e5}, 0},
-          Example{{0.6, -0.3, 0.2, 0.71}, {0.1, -2.3, 3.7}, 1}, Example{{-0.01, 0.9, 0.4, -0.1}, {11.3, 0.7, -5.1}, 1}}) {
+    for (auto const& [q, t, most_ulps] : {Example{{1, 0, 1, 0}, {1, 2, 3}, 0}, Example{{1, 1, 1, 1}, {-0.25, 8, 1e5}, 0},
+                                          Example{{0.6, -0.3, 0.2, 0.71}, {0.1, -2.3, 3.7}, 1}, Example{{-0.01, 0.9, 0.4, -0.1}, {11.3, 0.7, -5.1}, 1}}) {
         scene::Pose pose{scene::rotation_matrix(q[0], q[1], q[2], q[3]), {}};
         std::ostringstream image;
         image.precision(17);
@@ -129,25 +94,12 @@ TEST_CASE("one camera in the three forms is one camera")
             for (int column = 0; column < 3; ++column) centre[column] -= pose.rotation[column][row] * t[row];
         }
         matrix.push_back({0, 0, 0, 1});
-        json const own = {{"cameras",
-                           {{{"name", "a"},
-                             {"width", 640},
-                             {"height", 480},
-                             {"fx", 500.1},
-                             {"fy", 510.2},
-                             {"cx", 320},
-                             {"cy", 240},
-                             {"world_to_camera", matrix}}}}};
-        json const training = json::array({{{"id", 0},
-                                            {"img_name", "a"},
-                                            {"width", 640},
-                                            {"height", 480},
-                                            {"position", {centre.x, centre.y, centre.z}},
-                                            {"rotation", rotation},
-                                            {"fx", 500.1},
-                                            {"fy", 510.2}}});
+        json const size = {{"width", 640}, {"height", 480}, {"fx", 500.1}, {"fy", 510.2}};
+        json own = size, training = size;
+        own.update({{"name", "a"}, {"cx", 320}, {"cy", 240}, {"world_to_camera", matrix}});
+        training.update({{"id", 0}, {"img_name", "a"}, {"position", {centre.x, centre.y, centre.z}}, {"rotation", rotation}});
         auto const colmap = read("1 PINHOLE 640 480 500.1 510.2 320 240\n", image.str() + " 1 a\n\n").at(0);
-        for (auto const& form : {own, training}) {
+        for (auto const& form : {json{{"cameras", json::array({own})}}, json::array({training})}) {
             std::istringstream stream(form.dump());
             auto const other = scene::read_cameras_json(stream, "form").at(0);
             CHECK(scene::label(other) == scene::label(colmap));

@@ -51,13 +51,6 @@ bool same(Map const& a, Map const& b)
 
 constexpr std::size_t sizes[] = {0, 1, 255, 256, 257};
 
-bool notes_have(Map const& map, std::string const& part)
-{
-    for (auto const& note : map.notes)
-        if (note.find(part) != note.npos) return true;
-    return false;
-}
-
 } // namespace
 
 TEST_CASE("PLY: every number of every row, for all degrees")

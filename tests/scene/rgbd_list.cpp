@@ -102,31 +102,26 @@ TEST_CASE("each picture has the nearest depth, no depth is used twice, and none 
 
 TEST_CASE("a folder has associations.txt, or rgb.txt with or without depth.txt; names start there")
 {
-    namespace fs = std::filesystem;
-    TempFile const mark("", ".folder");
-    fs::path const folder = fs::path(mark.path()).concat("_d");
-    fs::create_directory(folder);
-    auto const write = [&](char const* name, std::string const& text) { std::ofstream(folder / name) << text; };
+    TempFolder const place;
+    auto const& folder = place.path();
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "is no sequence (it has neither associations.txt nor rgb.txt)"));
-    write("rgb.txt", "1 rgb/1.png\n2 rgb/2.png\n");
+    place.write("rgb.txt", "1 rgb/1.png\n2 rgb/2.png\n");
     CHECK(scene::load_rgbd(folder)[1].colour.file == folder / "rgb/2.png");
     CHECK(scene::load_rgbd(folder)[1].depth.file.empty());
-    write("depth.txt", "2.01 depth/2.png\n");
+    place.write("depth.txt", "2.01 depth/2.png\n");
     CHECK(scene::load_rgbd(folder)[1].depth.file == folder / "depth/2.png");
     CHECK(scene::load_rgbd(folder)[0].depth.file.empty());
-    write("associations.txt", "5 rgb/5.png 5 depth/5.png\n");
+    place.write("associations.txt", "5 rgb/5.png 5 depth/5.png\n");
     CHECK(scene::load_rgbd(folder).size() == 1);
     CHECK(scene::load_rgbd(folder / "rgb.txt").size() == 2);
     CHECK(has(error_of([&] { scene::load_rgbd(folder / "none.txt"); }), "no such file"));
-    write("depth.txt", "");
-    fs::remove(folder / "associations.txt");
+    place.write("depth.txt", "");
+    std::filesystem::remove(folder / "associations.txt");
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "depth.txt lists no picture"));
-    fs::remove_all(folder);
 }
 
 TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and which depths are far from their picture")
 {
-    namespace fs = std::filesystem;
     TempFile const list("", ".txt");
     auto const notes_of = [&](std::string const& text, std::optional<double> within = scene::most_seconds_apart) {
         std::ofstream(list.path()) << text;
@@ -167,9 +162,8 @@ TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and whi
 
 TEST_CASE("stamps in any unit give the same frames, and backslashes are read as slashes")
 {
-    namespace fs = std::filesystem;
-    auto const folder = fs::temp_directory_path() / "tilemesh_units";
-    fs::create_directory(folder);
+    TempFolder const place;
+    auto const& folder = place.path();
     struct Unit {
         double per_second;
         char const* name;
@@ -183,8 +177,8 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
                 colour += stamp(start + 0.033 * i) + " rgb\\" + std::to_string(i) + ".png\n";
                 depth += stamp(start + 0.033 * i + 0.005) + " depth\\sub\\" + std::to_string(i) + ".png\n";
             }
-            std::ofstream(folder / "rgb.txt") << colour;
-            std::ofstream(folder / "depth.txt") << depth;
+            place.write("rgb.txt", colour);
+            place.write("depth.txt", depth);
             std::vector<std::string> notes;
             auto const out = scene::load_rgbd(folder, scene::most_seconds_apart, &notes);
             CHECK(notes == (per_second == 1.0 ? std::vector<std::string>{} : std::vector{"time stamps are read as " + std::string(name)}));
@@ -196,14 +190,13 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
             }
         }
     // Depths that are 30 ms late.
-    std::ofstream(folder / "rgb.txt") << "1305031102.1 a.png\n1305031102.2 b.png\n";
-    std::ofstream(folder / "depth.txt") << "1305031102.13 c.png\n1305031102.23 d.png\n";
+    place.write("rgb.txt", "1305031102.1 a.png\n1305031102.2 b.png\n");
+    place.write("depth.txt", "1305031102.13 c.png\n1305031102.23 d.png\n");
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "has a depth (0.02 s from a picture to its depth are allowed, and the nearest is 0.03 s away); allow more with --depth-within"));
     CHECK(scene::load_rgbd(folder, 0.03)[1].depth.file == folder / "d.png");
     CHECK(scene::load_rgbd(folder, {})[1].depth.file.empty());
-    std::ofstream(folder / "depth.txt") << "1305031102.21 d.png\n";
+    place.write("depth.txt", "1305031102.21 d.png\n");
     std::vector<std::string> notes;
     scene::load_rgbd(folder, 0.02, &notes);
     CHECK(notes == std::vector<std::string>{"1 of 2 pictures have a depth"});
-    fs::remove_all(folder);
 }

@@ -120,8 +120,8 @@ void check_that_only_files_are_opened(Load const& load, char const* of_folder = 
     CHECK(refused(folder.path() / "pipe", "a pipe or a device"));
 }
 
-/// Checks a lens number by number, and that the near plane is the usual one.
-inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, std::uint32_t height, float fx, float fy, float cx, float cy)
+/// Checks a lens number by number.
+inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, std::uint32_t height, float fx, float fy, float cx, float cy, float near = 0.2f)
 {
     CHECK(c.width == width);
     CHECK(c.height == height);
@@ -129,7 +129,7 @@ inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, st
     CHECK(c.fy == fy);
     CHECK(c.cx == cx);
     CHECK(c.cy == cy);
-    CHECK(c.near_depth == 0.2f);
+    CHECK(c.near_depth == near);
 }
 
 /// R (p - c) in double precision.

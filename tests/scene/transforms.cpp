@@ -60,13 +60,7 @@ TEST_CASE("a transforms.json is read field by field; its cameras look along -z w
     CHECK(cameras[0].name == "images/a.png");
     CHECK(cameras[1].name == "b");
     auto const& c = cameras[0].camera;
-    CHECK(c.width == 640);
-    CHECK(c.height == 480);
-    CHECK(c.fx == 500.0f);
-    CHECK(c.fy == 510.0f);
-    CHECK(c.cx == 320.5f);
-    CHECK(c.cy == 239.5f);
-    CHECK(c.near_depth == 0.2f);
+    check_lens(c, 640, 480, 500, 510, 320.5f, 239.5f);
     // x stays; y points down, so against the world's y; z points forward, against the world's z.
     float const upright[3][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
     // Turned by a quarter about y: the camera's right is the world's -z, it looks along the world's -x.
@@ -91,24 +85,16 @@ TEST_CASE("a frame's lens replaces the file's, field by field, wherever the file
         auto const cameras = read(text);
         REQUIRE(cameras.size() == 2);
         CHECK(cameras[0].camera.width == 640);
-        CHECK(cameras[1].camera.width == 320);
-        CHECK(cameras[1].camera.height == 480);
-        CHECK(cameras[1].camera.fx == 250.0f);
-        CHECK(cameras[1].camera.fy == 510.0f);
-        CHECK(cameras[1].camera.cx == 11.0f);
-        CHECK(cameras[1].camera.cy == 239.5f);
+        check_lens(cameras[1].camera, 320, 480, 250, 510, 11, 239.5f);
     }
 }
 
 TEST_CASE("what a lens leaves out follows from the rest")
 {
     auto const camera = [](json const& beside) { return read(file_of({frame("a")}, beside).dump()).at(0).camera; };
-    auto c = camera({{"w", 640}, {"h", 480}, {"fl_x", 500}});
-    CHECK(c.fy == 500.0f);
-    CHECK(c.cx == 320.0f);
-    CHECK(c.cy == 240.0f);
+    check_lens(camera({{"w", 640}, {"h", 480}, {"fl_x", 500}}), 640, 480, 500, 500, 320, 240);
     double const right_angle = std::acos(0.0);
-    c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}}); // half a side is as long as the focal length
+    auto c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}}); // half a side is as long as the focal length
     CHECK(c.fx == doctest::Approx(320.0));
     CHECK(c.fy == c.fx);
     c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}, {"camera_angle_y", right_angle}});
@@ -388,13 +374,9 @@ TEST_CASE("the header of a PNG or JPEG says the picture's size; anything else sa
 TEST_CASE("a frame without w and h has the size of its picture, or the size that was given")
 {
     namespace fs = std::filesystem;
-    TempFile const place("", "");
-    fs::path const folder = place.path().string() + "_scene";
-    fs::create_directories(folder / "train");
-    auto const write = [&](fs::path const& at, std::string const& bytes) { std::ofstream(folder / at, std::ios::binary) << bytes; };
+    TempFolder const folder;
     auto const load = [&](json const& file, std::vector<std::string>* notes = nullptr, std::optional<scene::Size> size = {}) {
-        write("transforms.json", file.dump());
-        return scene::load_cameras(folder / "transforms.json", notes, scene::DistortedLens::refused, size);
+        return scene::load_cameras(folder.write("transforms.json", file.dump()), notes, scene::DistortedLens::refused, size);
     };
     double const angle = 2 * std::atan(0.5); // the focal length is the width
     json const blender = file_of({frame("./train/r_0"), frame("./train/r_1"), frame(".\\train\\r_2.jpg")}, {{"camera_angle_x", angle}});
@@ -411,13 +393,13 @@ TEST_CASE("a frame without w and h has the size of its picture, or the size that
     CHECK(given[2].name == "train/r_2.jpg");
     REQUIRE(notes.size() == 1);
     CHECK(has(notes[0], "3 cameras have no \"w\" or \"h\": the size is that of the picture"));
-    write("train/r_0.png", png_header(800, 600));
-    write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
-    write("train/r_2.jpg", "not a picture");
+    folder.write("train/r_0.png", png_header(800, 600));
+    folder.write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
+    folder.write("train/r_2.jpg", "not a picture");
     auto const mixed = load(blender, nullptr, scene::Size{320, 180});
     std::vector<fs::path> pictures;
-    scene::load_cameras(folder / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
-    CHECK(pictures == std::vector<fs::path>{folder / "train/r_0.png", folder / "train/r_1.JPG"});
+    scene::load_cameras(folder.path() / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
+    CHECK(pictures == std::vector<fs::path>{folder.path() / "train/r_0.png", folder.path() / "train/r_1.JPG"});
     CHECK(mixed[0].camera.width == 800);
     CHECK(mixed[0].camera.height == 600);
     CHECK(mixed[0].camera.fx == doctest::Approx(800.0));
@@ -432,5 +414,4 @@ TEST_CASE("a frame without w and h has the size of its picture, or the size that
     CHECK(sides[0].camera.width == 400);
     CHECK(sides[0].camera.height == 600);
     CHECK(sides[0].camera.fx == doctest::Approx(400.0));
-    fs::remove_all(folder);
 }
