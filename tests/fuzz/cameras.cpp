@@ -72,8 +72,8 @@ struct Input {
         expected = json.read(first);
         close = json.close;
         is_json = json.is_json;
-        unread = std::move(json.unread);
-        unread_of_file = std::move(json.unread_of_file);
+        unread = json.unread;
+        unread_of_file = json.unread_of_file;
     }
 
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
@@ -156,16 +156,13 @@ void require_camera(splat::Camera const& c)
         require(std::isfinite(c.position[i]), "the centre is finite");
         for (int j = 0; j < 3; ++j) {
             double product = 0.0;
-            for (int k = 0; k < 3; ++k)
-                product += static_cast<double>(c.rotation[k][i]) * static_cast<double>(c.rotation[k][j]);
+            for (int k = 0; k < 3; ++k) product += static_cast<double>(c.rotation[k][i]) * static_cast<double>(c.rotation[k][j]);
             require(std::fabs(product - (i == j ? 1.0 : 0.0)) <= 2e-3, "the rotation is orthonormal");
         }
     }
-    auto const& r = c.rotation;
-    require(r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
-                    r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]) >
-                0.0f,
-            "the rotation is not mirrored");
+    plain::Matrix rotation{};
+    for (unsigned i = 0; i < 3; ++i) std::copy_n(c.rotation[i], 3, rotation[i].begin());
+    require(plain::determinant(rotation) > 0.0, "the rotation is not mirrored");
     require(std::isfinite(c.fx) && c.fx > 0.0f && std::isfinite(c.fy) && c.fy > 0.0f, "focal lengths are positive");
     require(std::isfinite(c.cx) && std::isfinite(c.cy), "the principal point is finite");
     require(std::isfinite(c.near_depth) && c.near_depth > 0.0f, "near is positive");
