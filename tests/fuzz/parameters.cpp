@@ -45,9 +45,8 @@ plain::ParameterKind const machines{"machine",
                                      {"exchange", {"bytes_a_cycle", 1, 4096}},
                                      {"host_link", {"bytes_a_us", 1, 1'000'000'000}}},
                                     true, "", 0, true};
-plain::ParameterKind const energies{"energy",
-                                    {{"sent_byte", {"fJ", 0, most_energy}}, {"capacity_byte", {"fJ", 0, most_energy}}, {"tile_cycle", {"fJ", 0, most_energy}}},
-                                    false, "fJ", most_energy};
+plain::ParameterKind::Known const energy{"fJ", 0, most_energy};
+plain::ParameterKind const energies{"energy", {{"sent_byte", energy}, {"capacity_byte", energy}, {"tile_cycle", energy}}, false, "fJ", most_energy};
 
 void require_same(std::vector<ModelParameter> const& read, std::vector<plain::Parameter> const& expected)
 {

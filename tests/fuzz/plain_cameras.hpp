@@ -74,8 +74,8 @@ inline bool means_pinhole(nlohmann::json const& value, Words const& models = {""
 
 inline bool is_distortion_key(std::string const& key)
 {
-    static Words const keys{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params", "dist_coeffs",
-                            "camera_model"};
+    static Words const keys{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params",
+                            "dist_coeffs", "camera_model"};
     return keys.count(key) != 0;
 }
 
@@ -162,8 +162,8 @@ private:
         static Words const no_pinhole{"equirectangular", "latlong", "orthographic"}, lists{"train_filenames", "val_filenames", "test_filenames"};
         // A pinhole too, if the coefficients that have keys of their own are 0.
         static Words const models{"", "none", "pinhole", "simple_pinhole", "perspective", "opencv", "full_opencv", "radial", "simple_radial"};
-        static Words const of_lens{"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "equirectangular", "latlong",
-                                   "orthographic", "sharpness"};
+        static Words const of_lens{"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "equirectangular",
+                                   "latlong", "orthographic", "sharpness"};
         Words of_frame{"file_path", "transform_matrix", "colmap_im_id", "mask_path"}, of_file{"frames", "aabb_scale", "ply_file_path"};
         of_frame.insert(of_lens.begin(), of_lens.end()), of_file.insert(of_lens.begin(), of_lens.end());
         auto const is_text = [](nlohmann::json const& value) { return value.is_string(); };

@@ -204,7 +204,8 @@ TEST_CASE("a lens is read: coefficients, lists in OpenCV's order, fisheyes, and 
     CHECK(has(fault({{"k1", 1e9}}), "a coefficient of its lens is not a number within 1e6"));
     for (auto const& [key, value] : {std::pair{"is_fisheye", json(true)}, {"k2", json(0.1)}}) {
         json const file{{key, value}, {"cameras", json::array()}};
-        CHECK(has(error_of([&] { load_text(file.dump(), nullptr, scene::DistortedLens::kept); }), std::string("beside its list of cameras (its \"") + key + "\")"));
+        CHECK(has(error_of([&] { load_text(file.dump(), nullptr, scene::DistortedLens::kept); }),
+                  std::string("beside its list of cameras (its \"") + key + "\")"));
     }
 }
 
@@ -223,7 +224,8 @@ TEST_CASE("keys that are not read are named, each with the number of cameras tha
     a["exposure"] = {1, {{"fx", 2}}};
     a["rotation"] = 3;
     b["exposure"] = 2;
-    CHECK(notes_of(file_of({a, b})) == std::vector<std::string>{"2 cameras have \"exposure\", which is not read", "1 camera has \"rotation\", which is not read"});
+    CHECK(notes_of(file_of({a, b})) ==
+          std::vector<std::string>{"2 cameras have \"exposure\", which is not read", "1 camera has \"rotation\", which is not read"});
     auto twice = file_of({b});
     twice.insert(twice.find("\"exposure\""), "\"exposure\":1,");
     CHECK(notes_of(twice) == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
@@ -539,7 +541,8 @@ TEST_CASE("resizing keeps the horizontal field of view")
 
 TEST_CASE("a camera survives the way to a pose and back in every bit")
 {
-    splat::Camera const camera{{{0.1f, 0.2f, 0.3f}, {0.4f, 0.5f, 0.6f}, {0.7f, 0.8f, 0.9f}}, {1e-30f, -7.3f, 1e6f}, 501.1f, 502.2f, 3.3f, 4.4f, 0.01f, 11, 12};
+    splat::Camera const camera{
+        {{0.1f, 0.2f, 0.3f}, {0.4f, 0.5f, 0.6f}, {0.7f, 0.8f, 0.9f}}, {1e-30f, -7.3f, 1e6f}, 501.1f, 502.2f, 3.3f, 4.4f, 0.01f, 11, 12};
     CHECK(splat::same_view(scene::make_camera(scene::pose_of(camera), scene::lens_of(camera)), camera));
 }
 

@@ -112,8 +112,9 @@ TEST_CASE("invalid headers are refused")
 TEST_CASE("other formats of maps are refused by name, with advice")
 {
     std::string const bytes(64, '\x07');
-    for (auto const& [name, part] : {std::pair{"a.splat", "is a .splat map (32 bytes a Gaussian"}, {"a.SPLAT", ".splat map"}, {"a.ksplat", "is a .ksplat map"},
-                                     {"a.spz", "is an SPZ map"}, {"a.sog", "is an SOG map"}, {"a.sogs", "is an SOG map"}, {"meta.json", "is a JSON file"}}) {
+    for (auto const& [name, part] : {std::pair{"a.splat", "is a .splat map (32 bytes a Gaussian"}, {"a.SPLAT", ".splat map"},
+                                     {"a.ksplat", "is a .ksplat map"}, {"a.spz", "is an SPZ map"}, {"a.sog", "is an SOG map"},
+                                     {"a.sogs", "is an SOG map"}, {"meta.json", "is a JSON file"}}) {
         CHECK(has(refusal(bytes, name), part));
         CHECK(has(refusal(bytes, name), "uncompressed PLY"));
     }

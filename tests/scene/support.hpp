@@ -19,8 +19,9 @@ public:
     {
         static std::atomic<unsigned> counter{0};
         static auto const run = static_cast<unsigned long long>(std::filesystem::file_time_type::clock::now().time_since_epoch().count());
-        path_ = std::filesystem::temp_directory_path() / ("tilemesh_scene_" + std::to_string(run) + "_" +
-                                                          std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" + std::to_string(counter++) + extension);
+        path_ = std::filesystem::temp_directory_path() /
+                ("tilemesh_scene_" + std::to_string(run) + "_" + std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" +
+                 std::to_string(counter++) + extension);
         std::ofstream(path_, std::ios::binary) << bytes;
     }
     ~TempFile()
@@ -121,7 +122,8 @@ void check_that_only_files_are_opened(Load const& load, char const* of_folder = 
 }
 
 /// Checks a lens number by number.
-inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, std::uint32_t height, float fx, float fy, float cx, float cy, float near = 0.2f)
+inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, std::uint32_t height, float fx, float fy, float cx, float cy,
+                       float near = 0.2f)
 {
     CHECK(c.width == width);
     CHECK(c.height == height);
