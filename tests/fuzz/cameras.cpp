@@ -1,20 +1,10 @@
 #include "plain_cameras.hpp"
 #include "require.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <set>
-#include <sstream>
-#include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace {
 

@@ -3,16 +3,10 @@
 #include "plain_maps.hpp"
 #include "require.hpp"
 #include "same_map.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <sstream>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/map_file.hpp>
-#include <utility>
 
 namespace {
 

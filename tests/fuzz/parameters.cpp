@@ -1,12 +1,5 @@
 #include "plain_parameters.hpp"
 #include "require.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <sstream>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>

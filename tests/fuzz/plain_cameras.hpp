@@ -1,14 +1,6 @@
 #pragma once
 #include "plain_text.hpp"
-#include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace plain {
 

@@ -2,10 +2,6 @@
 #include "plain_ply.hpp"
 #include "require.hpp"
 #include "same_map.hpp"
-#include <cstddef>
-#include <cstdint>
-#include <sstream>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>

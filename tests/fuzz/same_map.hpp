@@ -1,10 +1,6 @@
 #pragma once
 #include "plain_ply.hpp"
 #include "require.hpp"
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
 #include <tilemesh/scene/map.hpp>
 
 /// Equal except for rounding to float.

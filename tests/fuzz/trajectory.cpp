@@ -1,15 +1,8 @@
 #include "plain_trajectory.hpp"
 #include "require.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
-#include <sstream>
-#include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>

@@ -1,14 +1,7 @@
 #pragma once
 #include "support.hpp"
-#include <algorithm>
 #include <charconv>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/ply.hpp>
-#include <vector>
 
 // Shared by the tests of PLY files: small files, written in every format.
 namespace scene_test {

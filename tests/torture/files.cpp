@@ -3,14 +3,7 @@
 #include "../scene/map_writers.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
-#include <algorithm>
-#include <cstring>
 #include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <sstream>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
