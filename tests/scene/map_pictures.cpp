@@ -172,8 +172,8 @@ TEST_CASE("the same map in every format: fields are within the format's rounding
         Steps spz_1 = spz_2;
         spz_1.mean = 8.0 / 2048 / 2;
         // 10 or 11 bits. The harmonics are the middles of 256 parts, but the first and the last are their ends.
-        double const half_10 = 0.5 / 1023, ply_rest = 8.0 / 256;
-        Steps const ply{width.mean * half_10, width.scale * half_10, width.f_dc * half_8, half_8, ply_rest, smallest * half_10, Written::without_largest};
+        double const half_10 = 0.5 / 1023, rest = 8.0 / 256;
+        Steps const ply{width.mean * half_10, width.scale * half_10, width.f_dc * half_8, half_8, rest, smallest * half_10, Written::without_largest};
         // The byte of 1 is 255, and not 256, of 128.
         Steps const splat{0, 0, half_8 / sh_c0, half_8, 0, 1.0 / 128, Written::all};
         // With the largest change of a channel of the picture, over the degrees: as measured, and a fifth more.
