@@ -24,7 +24,7 @@ std::string file_of(std::vector<json> const& cameras)
 {
     return json{{"cameras", cameras}}.dump();
 }
-std::vector<scene::NamedCamera> load_text(std::string const& text, std::vector<std::string>* notes = nullptr,
+std::vector<scene::NamedCamera> load_text(std::string const& text, Lines* notes = nullptr,
                                           scene::DistortedLens distorted = scene::DistortedLens::refused)
 {
     TempFile const file(text, ".json");
@@ -212,7 +212,7 @@ TEST_CASE("a lens is read: coefficients, lists in OpenCV's order, fisheyes, and 
 TEST_CASE("keys that are not read are named, each with the number of cameras that have it")
 {
     auto const notes_of = [](std::string const& text) {
-        std::vector<std::string> notes;
+        Lines notes;
         load_text(text, &notes, scene::DistortedLens::kept);
         return notes;
     };
@@ -224,16 +224,13 @@ TEST_CASE("keys that are not read are named, each with the number of cameras tha
     a["exposure"] = {1, {{"fx", 2}}};
     a["rotation"] = 3;
     b["exposure"] = 2;
-    CHECK(notes_of(file_of({a, b})) ==
-          std::vector<std::string>{"2 cameras have \"exposure\", which is not read", "1 camera has \"rotation\", which is not read"});
-    auto twice = file_of({b});
-    twice.insert(twice.find("\"exposure\""), "\"exposure\":1,");
-    CHECK(notes_of(twice) == std::vector<std::string>{"1 camera has \"exposure\", which is not read"});
+    CHECK(notes_of(file_of({a, b})) == Lines{"2 cameras have \"exposure\", which is not read", "1 camera has \"rotation\", which is not read"});
+    CHECK(notes_of(replaced(file_of({b}), "\"exposure\"", "\"exposure\":1,\"exposure\"")) == Lines{"1 camera has \"exposure\", which is not read"});
 
     // A list of a training has other keys. The list that counts is the last.
     std::string const training = R"({"id":1,"img_name":"a","width":9,"height":9,"fx":9,"fy":9,"position":[0,0,0],"rotation":[[1,0,0],[0,1,0],[0,0,1]])";
     CHECK(notes_of("[" + training + "}]").empty());
-    CHECK(notes_of("[" + training + R"(,"cx":3}])") == std::vector<std::string>{"1 camera has \"cx\", which is not read"});
+    CHECK(notes_of("[" + training + R"(,"cx":3}])") == Lines{"1 camera has \"cx\", which is not read"});
     CHECK(notes_of("{\"cameras\":" + json::array({a}).dump() + ",\"cameras\":[]}").empty());
 
     // Eight keys, of 40 bytes at most; control characters are not printed.
@@ -245,7 +242,7 @@ TEST_CASE("keys that are not read are named, each with the number of cameras tha
     CHECK(notes_of(file_of({many})).back() == "cameras have more keys that are not read");
     json odd = entry("desk", "a");
     odd[std::string(100, 'x') + "1"] = odd["\x1b[2J"] = 0;
-    CHECK(notes_of(file_of({odd})) == std::vector<std::string>{"1 camera has \"?[2J\", which is not read",
+    CHECK(notes_of(file_of({odd})) == Lines{"1 camera has \"?[2J\", which is not read",
                                                               "1 camera has \"" + std::string(40, 'x') + "...\", which is not read"});
 }
 
@@ -338,9 +335,7 @@ TEST_CASE("JSON is read as RFC 8259 has it, and its first fault is placed by lin
     json camera = entry("desk", "left");
     std::string const before = file_of({camera});
     auto const with = [&](std::string const& from, std::string const& to) {
-        std::string text = before;
-        text.replace(text.find(from), from.size(), to);
-        std::istringstream stream(text);
+        std::istringstream stream(replaced(before, from, to));
         return scene::read_cameras_json(stream, "f").at(0);
     };
     CHECK(with("\"left\"", R"("\ud83d\ude00\u00e9\/")").name == "\xf0\x9f\x98\x80\u00e9/");

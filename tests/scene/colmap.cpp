@@ -190,11 +190,11 @@ TEST_CASE("a lens whose coefficients are all 0 is a pinhole; another is refused 
         for (std::uint32_t bent = 0; bent < model.coefficients; ++bent) {
             CHECK(has(refusal(line(bent), image), model.fisheye ? ", a fisheye projection;" : ", with a coefficient that is not 0;"));
             std::istringstream cameras_txt(line(bent)), images_txt(image);
-            std::vector<std::string> notes;
+            Lines notes;
             auto const cameras = scene::read_colmap(cameras_txt, images_txt, "c", "i", scene::DistortedLens::ignored, &notes);
             REQUIRE(cameras.size() == 3);
             CHECK(splat::same_view(cameras[0].camera, read(pinhole, image)[0].camera));
-            CHECK(notes == std::vector<std::string>{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
+            CHECK(notes == Lines{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
         }
         if (!model.fisheye) CHECK(splat::same_view(read(line(99), image)[0].camera, read(pinhole, image)[0].camera));
         // One number less, and one more.
@@ -215,12 +215,10 @@ TEST_CASE("the fault of a line of cameras.txt is named")
     CHECK(has(refused("-1 PINHOLE 640 480 500 510 320 240"), "CAMERA_ID"));
     CHECK(has(refused("1.5 PINHOLE 640 480 500 510 320 240"), "CAMERA_ID"));
     for (char const* side : {"0", "65536", "1280.5", "-3", "4294967297", "x", "1e2"}) {
-        CHECK(has(refused(std::string("1 PINHOLE ") + side + " 480 500 510 320 240"),
-                  "WIDTH is not a whole number from 1 to 65535"));
+        CHECK(has(refused(std::string("1 PINHOLE ") + side + " 480 500 510 320 240"), "WIDTH is not a whole number from 1 to 65535"));
         CHECK(has(refused(std::string("1 PINHOLE 640 ") + side + " 500 510 320 240"), "HEIGHT is not a whole number"));
     }
-    for (char const* tail : {"500 510 320", "500 510 320 240 1", "500 510 320 nan", "inf 510 320 240", "500 510 1e999 240",
-                             "500 x 320 240", ""})
+    for (char const* tail : {"500 510 320", "500 510 320 240 1", "500 510 320 nan", "inf 510 320 240", "500 510 1e999 240", "500 x 320 240", ""})
         CHECK(has(refused(std::string("1 PINHOLE 640 480 ") + tail), "PINHOLE takes fx fy cx cy, finite numbers"));
     CHECK(has(refused("1 SIMPLE_PINHOLE 640 480 500 510 320 240"), "SIMPLE_PINHOLE takes f cx cy"));
     CHECK(has(refused("1 PINHOLE 640 480 0 510 320 240"), "fx is not positive"));
@@ -233,9 +231,7 @@ TEST_CASE("the fault of a line of cameras.txt is named")
 
 TEST_CASE("the fault of a line of images.txt is named")
 {
-    auto const refused = [](std::string const& line) {
-        return refusal(lenses, "1 1 0 0 0 0 0 0 1 a.png\n\n" + line + "\n\n");
-    };
+    auto const refused = [](std::string const& line) { return refusal(lenses, "1 1 0 0 0 0 0 0 1 a.png\n\n" + line + "\n\n"); };
     CHECK(refused("2 1 0 0 0 0 0 0 1 b.png").empty());
     CHECK(has(refused("x 1 0 0 0 0 0 0 1 b.png"), "i.txt line 3 is no image (IMAGE_ID is not a whole number)"));
     CHECK(has(refused("2 nan 0 0 0 0 0 0 1 b.png"), "QW is not a finite number"));
@@ -377,7 +373,7 @@ TEST_CASE("a binary COLMAP model is the text model")
         values.back() = 1e-9;
         CHECK(has(binary_refusal(cameras(), image), "has a lens with distortion (" + model.name));
         std::istringstream cameras_bin(cameras()), images_bin(image);
-        std::vector<std::string> notes;
+        Lines notes;
         CHECK(scene::read_colmap_binary(cameras_bin, images_bin, "c", "i", scene::DistortedLens::ignored, &notes).size() == 1);
         CHECK(notes.size() == 1);
     }
@@ -446,9 +442,9 @@ TEST_CASE("a folder with both forms stands for its text model; a file stands for
     CHECK(scene::load_cameras(folder.path()).empty());
     CHECK(scene::load_cameras(folder.path() / "cameras.txt").empty());
     CHECK(scene::load_cameras(folder.path() / "cameras.bin").size() == 3);
-    std::vector<std::string> of_folder, of_file;
+    Lines of_folder, of_file;
     scene::load_cameras(folder.path(), &of_folder), scene::load_cameras(folder.path() / "cameras.txt", &of_file);
-    CHECK(of_folder == std::vector<std::string>{"the folder has a text model and a binary one: the text is read; name cameras.bin for the other"});
+    CHECK(of_folder == Lines{"the folder has a text model and a binary one: the text is read; name cameras.bin for the other"});
     CHECK(of_file.empty());
     // A binary model of 123 cameras begins with a bracket.
     auto many = Bytes().add(std::uint64_t{123});
@@ -466,11 +462,11 @@ TEST_CASE("masks of a project are found by their names; a folder whose files are
     folder.write("sparse/0/cameras.txt", lenses);
     folder.write("sparse/0/images.txt", "1 1 0 0 0 0 0 0 1 cam/a.JPG\n\n");
     auto const read = [&] {
-        std::vector<std::string> notes;
+        Lines notes;
         auto const cameras = scene::load_cameras(folder.path() / "sparse/0", &notes);
         return std::pair{std::filesystem::path(cameras.at(0).mask).filename().string(), notes};
     };
-    CHECK(read() == std::pair{std::string(), std::vector<std::string>{}});
+    CHECK(read() == std::pair{std::string(), Lines{}});
     folder.write("masks/a.JPG.png", ""); // of another folder
     auto const [none, notes] = read();
     CHECK(none.empty());
@@ -479,7 +475,7 @@ TEST_CASE("masks of a project are found by their names; a folder whose files are
     CHECK(notes[0].ends_with("/masks is the mask of a camera (a mask is NAME.png, as cam/a.JPG.png)"));
     for (auto const* name : {"a.PNG", "a.JPG.PNG", "a.png", "a.JPG.png"}) { // the later ones come first
         folder.write(std::string("masks/cam/") + name, "");
-        CHECK(read() == std::pair{std::string(name), std::vector<std::string>{}});
+        CHECK(read() == std::pair{std::string(name), Lines{}});
     }
 }
 
@@ -487,7 +483,7 @@ TEST_CASE("other models of a project are named")
 {
     TempFolder const folder;
     auto const notes_of = [&](char const* path) {
-        std::vector<std::string> notes;
+        Lines notes;
         scene::load_cameras(folder.path() / path, &notes);
         return notes;
     };
@@ -501,30 +497,27 @@ TEST_CASE("other models of a project are named")
     REQUIRE(one.size() == 2);
     CHECK(one[1] == "the project has 1 other model beside this one (2): their cameras are not read");
     folder.write("project/sparse/1/cameras.bin", some_lenses().text);
-    CHECK(notes_of("project/sparse/0") == std::vector<std::string>{"the project has 2 other models beside this one (1 and more): their cameras are not read"});
+    CHECK(notes_of("project/sparse/0") == Lines{"the project has 2 other models beside this one (1 and more): their cameras are not read"});
     CHECK(notes_of("project/sparse/a").empty());
 }
 
 TEST_CASE("images of one IMAGE_ID are all read, and noted")
 {
-    unsigned state = 3;
-    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
-    for (int trial = 0; trial < 50; ++trial) {
+    auto const notes_of = [](std::vector<int> const& ids) {
         std::string images;
-        std::set<unsigned> ids;
-        std::size_t repeated = 0;
-        std::string first;
-        for (unsigned i = 0; i < 12; ++i) {
-            unsigned const id = trial == 0 ? i : random() % 20;
-            std::string const name = "p" + std::to_string(i) + ".png";
-            if (!ids.insert(id).second && repeated++ == 0) first = "IMAGE_ID " + std::to_string(id) + " of \"" + name + "\"";
-            images += std::to_string(id) + " 1 0 0 0 0 0 0 1 " + name + "\n\n";
-        }
+        for (std::size_t i = 0; i < ids.size(); ++i) images += std::to_string(ids[i]) + " 1 0 0 0 0 0 0 1 p" + std::to_string(i) + ".png\n\n";
         std::istringstream lens_file("1 PINHOLE 64 48 50 50 32 24\n"), stream(images);
-        std::vector<std::string> notes;
-        CHECK(scene::read_colmap(lens_file, stream, "c.txt", "i.txt", scene::DistortedLens::refused, &notes).size() == 12);
-        REQUIRE(notes.size() == (repeated == 0 ? 0u : 1u));
-        if (repeated != 0) CHECK(has(notes[0], first));
-        if (repeated != 0) CHECK(has(notes[0], std::to_string(repeated) + (repeated == 1 ? " image has" : " images have") + " an IMAGE_ID that an earlier image has"));
+        Lines notes;
+        CHECK(scene::read_colmap(lens_file, stream, "c.txt", "i.txt", scene::DistortedLens::refused, &notes).size() == ids.size());
+        return notes;
+    };
+    CHECK(notes_of({0, 1, 2, 3}) == Lines{});
+    for (auto const& [ids, count, first] : {std::tuple{std::vector{3, 19, 3}, "1 image has", "IMAGE_ID 3 of \"p2.png\""},
+                                            {std::vector{7, 7, 7, 7}, "3 images have", "IMAGE_ID 7 of \"p1.png\""},
+                                            {std::vector{0, 5, 2, 5, 0, 5, 8}, "3 images have", "IMAGE_ID 5 of \"p3.png\""}}) {
+        auto const notes = notes_of(ids);
+        REQUIRE(notes.size() == 1);
+        CHECK(has(notes[0], first));
+        CHECK(has(notes[0], std::string(count) + " an IMAGE_ID that an earlier image has"));
     }
 }

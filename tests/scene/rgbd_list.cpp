@@ -73,12 +73,11 @@ TEST_CASE("each picture has the nearest depth, no depth is used twice, and none 
     CHECK(shared[0].depth.file.empty());
     CHECK(shared[1].depth.seconds == 1.006);
 
-    unsigned state = 1;
-    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    tests::Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
         auto const times = [&] {
-            std::vector<double> t;
-            for (unsigned n = random() % 20; n-- > 0;) t.push_back(random() % 64 / 256.0); // many ties
+            std::vector<double> t(random.below(20));
+            for (double& time : t) time = random.below(64) / 256.0; // many ties
             std::sort(t.begin(), t.end());
             return t;
         };
@@ -125,11 +124,10 @@ TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and whi
     TempFile const list("", ".txt");
     auto const notes_of = [&](std::string const& text, std::optional<double> within = scene::most_seconds_apart) {
         std::ofstream(list.path()) << text;
-        std::vector<std::string> notes;
+        Lines notes;
         scene::load_rgbd(list.path(), within, &notes);
         return notes;
     };
-    using Lines = std::vector<std::string>;
     CHECK(notes_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n") == Lines{});
     CHECK(notes_of("1311868164.363400 a.png 1311868164.383400 d.png\n") == Lines{});
     CHECK(notes_of("1 a.png\n2.5 b.png\n") == Lines{"0 of 2 pictures have a depth"});
@@ -144,32 +142,17 @@ TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and whi
     CHECK(notes_of(three, 98) == Lines{});
     CHECK(notes_of(three, {}) == Lines{});
     CHECK(notes_of("1305031102175304 a.png 1305031102180304 d.png\n") == Lines{"time stamps are read as microseconds"});
-    unsigned state = 5;
-    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
-    for (int trial = 0; trial < 100; ++trial) {
-        std::string text;
-        std::size_t far = 0;
-        for (unsigned i = 0; i < 20; ++i) {
-            unsigned const apart = random() % 64; // of 256 a second: 5 are 0.0195 s
-            far += apart > 5 ? 1 : 0;
-            text += std::to_string(i) + " c.png " + std::to_string(i + apart / 256.0) + " d.png\n";
-        }
-        auto const notes = notes_of(text);
-        REQUIRE(notes.size() == (far == 0 ? 0u : 1u));
-        if (far != 0) CHECK(has(notes[0], "0.02 s away: " + std::to_string(far) + ","));
-    }
+    // 5 / 256 s is within 0.02 s, and 6 / 256 s is not.
+    CHECK(notes_of("1 a.png 1.01953125 d.png\n2 b.png 2.0234375 d.png\n") ==
+          Lines{"pictures whose depth is more than 0.02 s away: 1, the furthest is 0.0234375 s away, of the picture at 2"});
 }
 
 TEST_CASE("stamps in any unit give the same frames, and backslashes are read as slashes")
 {
     TempFolder const place;
     auto const& folder = place.path();
-    struct Unit {
-        double per_second;
-        char const* name;
-    };
     for (double const start : {0.0, 1305031102.175})
-        for (auto const& [per_second, name] : {Unit{1.0, ""}, Unit{1e3, "milliseconds"}, Unit{1e6, "microseconds"}, Unit{1e9, "nanoseconds"}}) {
+        for (auto const& [per_second, name] : {std::pair{1.0, ""}, {1e3, "milliseconds"}, {1e6, "microseconds"}, {1e9, "nanoseconds"}}) {
             if (start == 0.0 && per_second == 1e3) continue; // 33 units a picture: nothing tells them from seconds
             std::string colour, depth;
             for (int i = 0; i < 5; ++i) {
@@ -179,9 +162,9 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
             }
             place.write("rgb.txt", colour);
             place.write("depth.txt", depth);
-            std::vector<std::string> notes;
+            Lines notes;
             auto const out = scene::load_rgbd(folder, scene::most_seconds_apart, &notes);
-            CHECK(notes == (per_second == 1.0 ? std::vector<std::string>{} : std::vector{"time stamps are read as " + std::string(name)}));
+            CHECK(notes == (per_second == 1.0 ? Lines{} : std::vector{"time stamps are read as " + std::string(name)}));
             REQUIRE(out.size() == 5);
             for (std::size_t i = 0; i < 5; ++i) {
                 CHECK(std::fabs(out[i].colour.seconds - start - 0.033 * static_cast<double>(i)) < 1e-3);
@@ -196,7 +179,7 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
     CHECK(scene::load_rgbd(folder, 0.03)[1].depth.file == folder / "d.png");
     CHECK(scene::load_rgbd(folder, {})[1].depth.file.empty());
     place.write("depth.txt", "1305031102.21 d.png\n");
-    std::vector<std::string> notes;
+    Lines notes;
     scene::load_rgbd(folder, 0.02, &notes);
-    CHECK(notes == std::vector<std::string>{"1 of 2 pictures have a depth"});
+    CHECK(notes == Lines{"1 of 2 pictures have a depth"});
 }

@@ -11,6 +11,7 @@
 namespace scene_test {
 
 using tests::fast;
+using Lines = std::vector<std::string>;
 
 /// A file with these bytes in the temporary folder; gone at the end of its scope.
 class TempFile {
@@ -99,6 +100,14 @@ inline bool has(std::string const& text, std::string const& part)
     bool const found = text.find(part) != std::string::npos;
     if (!found) MESSAGE("\"", text, "\" lacks \"", part, "\"");
     return found;
+}
+
+/// A text with another one in place of the first `part`.
+inline std::string replaced(std::string text, std::string const& part, std::string const& other)
+{
+    auto const at = text.find(part);
+    REQUIRE(at != text.npos);
+    return text.replace(at, part.size(), other);
 }
 
 /// Has a map, or what else has notes, a note with this text?
