@@ -50,44 +50,6 @@ constexpr std::size_t sizes[] = {0, 1, 255, 256, 257};
 
 } // namespace
 
-TEST_CASE("PLY: every number of every row, for all degrees")
-{
-    Numbers numbers(7);
-    for (std::uint32_t degree = 0; degree <= 3; ++degree)
-        for (std::size_t n : sizes) {
-            CAPTURE(degree);
-            CAPTURE(n);
-            PlainMap plain{degree, std::vector<PlainRow>(n)};
-            for (PlainRow& row : plain.rows) {
-                row.logit = numbers.between(-6, 6);
-                for (std::size_t i = 0; i < 3; ++i) row.mean[i] = numbers.between(-9, 9), row.f_dc[i] = numbers.between(-1, 3), row.scale[i] = numbers.between(-9, 2);
-                for (double& v : row.rotation) v = numbers.between(-1, 1);
-                for (double& v : row.rest) v = numbers.between(-1, 1);
-            }
-            Map const map = read(write_plain_ply(plain));
-            REQUIRE(map.gaussians.size() == n);
-            CHECK(map.sh_degree == degree);
-            REQUIRE(map.harmonics.size() == n * coefficients_of(degree));
-            bool good = true;
-            auto const near_to = [](float a, double b) { return std::fabs(a - b) <= 3e-7 * std::max(1.0, std::fabs(b)); };
-            for (std::size_t i = 0; i < n; ++i) {
-                auto const& g = map.gaussians[i];
-                PlainRow const& row = plain.rows[i];
-                auto const q = unit(row.rotation);
-                good = good && static_cast<std::size_t>(g.id) == i + 1 && near_to(g.opacity, sigmoid(row.logit));
-                for (std::size_t k = 0; k < 3; ++k) {
-                    double const colour = row.f_dc[k] * sh_c0 + 0.5;
-                    good = good && g.mean_world[k] == static_cast<float>(row.mean[k]) && g.log_scale[k] == static_cast<float>(row.scale[k]) &&
-                           near_to(g.colour[k], degree == 0 ? std::max(0.0, colour) : colour);
-                }
-                for (std::size_t k = 0; k < 4; ++k) good = good && near_to(g.rotation[k], q[k]);
-                for (std::size_t k = 0; k < coefficients_of(degree); ++k)
-                    good = good && map.harmonics[i * coefficients_of(degree) + k] == static_cast<float>(row.rest[k]);
-            }
-            CHECK(good);
-        }
-}
-
 TEST_CASE("compressed PLY: bit for bit what its reference reader gives, with and without harmonics and colours of chunks")
 {
     Numbers numbers(1);
