@@ -156,7 +156,7 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
             if (start == 0.0 && per_second == 1e3) continue; // 33 units a picture: nothing tells them from seconds
             std::string colour, depth;
             for (int i = 0; i < 5; ++i) {
-                auto const stamp = [&](double seconds) { return per_second == 1.0 ? number_text(seconds) : decimals(seconds * per_second, 0); };
+                auto const stamp = [unit = per_second](double seconds) { return unit == 1.0 ? number_text(seconds) : decimals(seconds * unit, 0); };
                 colour += stamp(start + 0.033 * i) + " rgb\\" + std::to_string(i) + ".png\n";
                 depth += stamp(start + 0.033 * i + 0.005) + " depth\\sub\\" + std::to_string(i) + ".png\n";
             }
