@@ -54,34 +54,31 @@ PlainMap layers(std::uint32_t degree)
     return map;
 }
 
-/// The ranges of a map's fields, from which a format computes its steps.
+/// The width of the range of what `values_of` gives of the rows.
+template <class ValuesOf>
+double width_of(PlainMap const& map, ValuesOf const& values_of)
+{
+    double low = std::numeric_limits<double>::max(), high = -low;
+    for (PlainRow const& row : map.rows)
+        for (double const v : values_of(row)) low = std::min(low, v), high = std::max(high, v);
+    return high - low;
+}
+/// The widths of the ranges of a map's fields, from which a format computes its steps. The three sizes have one range, and the three channels
+/// one: a list of values may serve all of them.
 struct Widths {
-    double mean = 0, log_mean = 0, scale = 0, f_dc = 0, logit = 0, rest = 0;
+    double mean = 0, log_mean = 0, scale, f_dc, logit, rest;
     double farthest = 0; ///< the largest number of a mean
 
     explicit Widths(PlainMap const& map)
+        : scale(width_of(map, [](auto const& row) { return row.scale; })), f_dc(width_of(map, [](auto const& row) { return row.f_dc; })),
+          logit(width_of(map, [](auto const& row) { return std::array{row.logit}; })), rest(width_of(map, [](auto const& row) { return row.rest; }))
     {
-        struct Range {
-            double low = std::numeric_limits<double>::max(), high = -low;
-            void add(double v) { low = std::min(low, v), high = std::max(high, v); }
-            double width() const { return std::max(0.0, high - low); }
-        };
-        // One range for the three sizes, and one for the three channels: a list of values may serve all of them.
-        std::array<Range, 3> means, logs;
-        Range scales, colours, logits, rests;
-        for (PlainRow const& row : map.rows) {
-            for (std::size_t i = 0; i < 3; ++i) {
-                means[i].add(row.mean[i]);
-                logs[i].add(std::copysign(std::log1p(std::fabs(row.mean[i])), row.mean[i]));
-                farthest = std::max(farthest, std::fabs(row.mean[i]));
-                scales.add(row.scale[i]);
-                colours.add(row.f_dc[i]);
-            }
-            logits.add(row.logit);
-            for (std::size_t k = 0; k < coefficients_of(map.degree); ++k) rests.add(row.rest[k]);
+        for (std::size_t i = 0; i < 3; ++i) {
+            mean = std::max(mean, width_of(map, [i](auto const& row) { return std::array{row.mean[i]}; }));
+            auto const log_of = [i](auto const& row) { return std::array{std::copysign(std::log1p(std::fabs(row.mean[i])), row.mean[i])}; };
+            log_mean = std::max(log_mean, width_of(map, log_of));
+            for (PlainRow const& row : map.rows) farthest = std::max(farthest, std::fabs(row.mean[i]));
         }
-        for (std::size_t i = 0; i < 3; ++i) mean = std::max(mean, means[i].width()), log_mean = std::max(log_mean, logs[i].width());
-        scale = scales.width(), f_dc = colours.width(), logit = logits.width(), rest = rests.width();
     }
 };
 

@@ -54,20 +54,9 @@ TEST_CASE("integers of every type, signed or not, in both orders and both spelli
                             "property short z\r\nproperty ushort f_dc_0\r\nproperty int f_dc_1\r\nproperty uint32 f_dc_2\r\n" +
                             "property float64 opacity\r\nproperty float32 scale_0\r\nproperty int8 scale_1\r\nproperty uchar scale_2\r\n" +
                             "property uint16 rot_0\r\nproperty int16 rot_1\r\nproperty int32 rot_2\r\nproperty uint rot_3\r\nend_header\r\n";
-        put(bytes, std::int8_t{-1}, order);
-        put(bytes, std::uint8_t{255}, order);
-        put(bytes, std::int16_t{-300}, order);
-        put(bytes, std::uint16_t{65535}, order);
-        put(bytes, std::int32_t{-2}, order);
-        put(bytes, std::uint32_t{4000000000u}, order);
-        put(bytes, 2.0, order);
-        put(bytes, -1.5f, order);
-        put(bytes, std::int8_t{-3}, order);
-        put(bytes, std::uint8_t{2}, order);
-        put(bytes, std::uint16_t{0}, order);
-        put(bytes, std::int16_t{0}, order);
-        put(bytes, std::int32_t{-1}, order);
-        put(bytes, std::uint32_t{0}, order);
+        auto const put_all = [&](auto... values) { (put(bytes, values, order), ...); };
+        put_all(std::int8_t{-1}, std::uint8_t{255}, std::int16_t{-300}, std::uint16_t{65535}, std::int32_t{-2}, std::uint32_t{4000000000u}, 2.0);
+        put_all(-1.5f, std::int8_t{-3}, std::uint8_t{2}, std::uint16_t{0}, std::int16_t{0}, std::int32_t{-1}, std::uint32_t{0});
         auto const map = read(bytes);
         REQUIRE(map.gaussians.size() == 1);
         auto const& g = map.gaussians[0];

@@ -376,15 +376,16 @@ TEST_CASE("a frame without w and h has the size of its picture, or the size that
         return scene::load_cameras(folder.write("transforms.json", file.dump()), notes, scene::DistortedLens::refused, size);
     };
     double const angle = 2 * std::atan(0.5); // the focal length is the width
+    auto const has_size = [](scene::NamedCamera const& each, std::uint32_t width, std::uint32_t height) {
+        return each.camera.width == width && each.camera.height == height && each.camera.fx == doctest::Approx(width);
+    };
     json const blender = file_of({frame("./train/r_0"), frame("./train/r_1"), frame(".\\train\\r_2.jpg")}, {{"camera_angle_x", angle}});
     CHECK(has(error_of([&] { load(blender); }), "frame train/r_0 is not usable (neither it nor the file has \"w\" and \"h\", and no PNG or JPEG picture"));
     Lines notes;
     auto given = load(blender, &notes, scene::Size{320, 180});
     REQUIRE(given.size() == 3);
     for (auto const& each : given) {
-        CHECK(each.camera.width == 320);
-        CHECK(each.camera.height == 180);
-        CHECK(each.camera.fx == doctest::Approx(320.0));
+        CHECK(has_size(each, 320, 180));
         CHECK(each.camera.cy == 90.0f);
     }
     CHECK(given[2].name == "train/r_2.jpg");
@@ -397,18 +398,13 @@ TEST_CASE("a frame without w and h has the size of its picture, or the size that
     std::vector<fs::path> pictures;
     scene::load_cameras(folder.path() / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
     CHECK(pictures == std::vector<fs::path>{folder.path() / "train/r_0.png", folder.path() / "train/r_1.JPG"});
-    CHECK(mixed[0].camera.width == 800);
-    CHECK(mixed[0].camera.height == 600);
-    CHECK(mixed[0].camera.fx == doctest::Approx(800.0));
-    CHECK(mixed[1].camera.width == 640);
-    CHECK(mixed[1].camera.height == 400);
-    CHECK(mixed[2].camera.width == 320);
+    CHECK(has_size(mixed[0], 800, 600));
+    CHECK(has_size(mixed[1], 640, 400));
+    CHECK(has_size(mixed[2], 320, 180));
     // What the file says goes first; a missing side alone is the picture's.
     json half = blender;
     half["w"] = 400;
     half["frames"].erase(2);
     auto const sides = load(half);
-    CHECK(sides[0].camera.width == 400);
-    CHECK(sides[0].camera.height == 600);
-    CHECK(sides[0].camera.fx == doctest::Approx(400.0));
+    CHECK(has_size(sides[0], 400, 600));
 }
