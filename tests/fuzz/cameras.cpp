@@ -14,9 +14,8 @@ using namespace tilemesh;
 constexpr std::string_view own_form =
     R"({"cameras":[{"name":"a","width":~9~,"height":~9~,"fx":~9~,"fy":~9~,"cx":~4~,"cy":~4~,"near":~1~,"world_to_camera":)"
     R"([[~1~,~0~,~0~,~1~],[~0~,~1~,~0~,~2~],[~0~,~0~,~1~,~3~],[~0~,~0~,~0~,~1~]]}]})";
-constexpr std::string_view training_form =
-    R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
-    R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
+constexpr std::string_view training_form = R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
+                                           R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
 
 /// `form` after edits such as "d1e30;h-1": a letter for the number ('a' is the first), then the new text.
 std::string edited(std::string_view form, std::string_view edits)

@@ -46,8 +46,7 @@ void require_same(std::vector<ModelParameter> const& read, std::vector<plain::Pa
     require(read.size() == expected.size(), "as many parameters as the plain reader finds");
     for (auto const& e : expected) {
         auto const p = std::find_if(read.begin(), read.end(), [&](ModelParameter const& r) { return r.name == e.name; });
-        require(p != read.end() && p->value == e.value && p->unit == e.unit && p->source == e.source,
-                "a parameter is as the plain reader reads it");
+        require(p != read.end() && p->value == e.value && p->unit == e.unit && p->source == e.source, "a parameter is as the plain reader reads it");
     }
 }
 

@@ -36,9 +36,8 @@ inline bool usable(Camera const& c, bool& close)
         }
     auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
     if (is_share(c.fx) && is_share(c.fy) && is_share(c.cx) && is_share(c.cy) && c.width >= 16 && c.height >= 16) return false;
-    return determinant(r) > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 &&
-           c.fy > 0.0 && c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 &&
-           static_cast<float>(c.near) > 0.0f;
+    return determinant(r) > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 && c.fy > 0.0 &&
+           c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 && static_cast<float>(c.near) > 0.0f;
 }
 
 inline unsigned depth_of(nlohmann::json const& value)
@@ -220,10 +219,7 @@ private:
         if (!entry.contains(key) || !entry[key].is_string() || !printable(entry[key].get<std::string>())) return {};
         return entry[key].get<std::string>();
     }
-    static bool moderate_in(nlohmann::json const& value)
-    {
-        return value.is_number() && std::fabs(value.get<double>()) <= 1e37;
-    }
+    static bool moderate_in(nlohmann::json const& value) { return value.is_number() && std::fabs(value.get<double>()) <= 1e37; }
     static bool is_matrix(nlohmann::json const& entry, char const* key, std::size_t n)
     {
         if (!entry.contains(key) || !entry[key].is_array() || entry[key].size() != n) return false;

@@ -26,8 +26,7 @@ inline void require_same(tilemesh::scene::Map const& map, plain::Map const& expe
         }
         for (unsigned k = 0; k < 4; ++k) same = same && near_to(g.rotation[k], e.values[10 + k]);
         require(same && near_to(g.opacity, e.values[6]), "a Gaussian is as the plain reader reads it");
-        for (double const value : e.harmonics)
-            require(near_to(map.harmonics[at++], value), "harmonics are as the plain reader reads them");
+        for (double const value : e.harmonics) require(near_to(map.harmonics[at++], value), "harmonics are as the plain reader reads them");
     }
 }
 

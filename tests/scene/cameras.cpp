@@ -95,16 +95,14 @@ TEST_CASE("what is wrong with a camera is said in one line that names it")
         CHECK(says(refusal([&](json& c) { c["height"] = side; }), "1 to 65535"));
     }
     for (char const* key : {"fx", "fy", "near"})
-        for (double const value : {0.0, -1.0})
-            CHECK(says(refusal([&](json& c) { c[key] = value; }), std::string(key) + " is not positive"));
+        for (double const value : {0.0, -1.0}) CHECK(says(refusal([&](json& c) { c[key] = value; }), std::string(key) + " is not positive"));
     CHECK(says(refusal([](json& c) { c["near"] = 1e-60; }), "near is not positive"));
     CHECK(says(refusal([](json& c) { c["fx"] = 0.9, c["fy"] = 1.2, c["cx"] = c["cy"] = 0.5; }),
                "they are shares of the picture's sides, and not pixels"));
     for (double const value : {1e-60, 1e-30, 0.47})
         CHECK(says(refusal([&](json& c) { c["fy"] = value; }), "fy is below a thousandth of the picture's side"));
     CHECK(refusal([](json& c) { c["fy"] = 0.48; }).empty());
-    for (double const value : {1e30, 16777217.0})
-        CHECK(says(refusal([&](json& c) { c["fx"] = value; }), "fx is above 2^24 pixels"));
+    for (double const value : {1e30, 16777217.0}) CHECK(says(refusal([&](json& c) { c["fx"] = value; }), "fx is above 2^24 pixels"));
     CHECK(refusal([](json& c) { c["fx"] = 16777216.0; }).empty());
     CHECK(says(refusal([](json& c) { c["cy"] = -1e30; }), "cy is more than 2^24 pixels away"));
     CHECK(says(refusal([](json& c) { c["cx"] = nullptr; }), "\"cx\" is not a number"));

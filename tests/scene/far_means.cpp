@@ -22,8 +22,7 @@ std::string ply_of(Means const& means, bool doubles, bool in_ascii = false)
     ply.doubles = doubles;
     ply.format = in_ascii ? ascii : little;
     ply.rows.clear();
-    for (auto const& [x, y, z] : means)
-        ply.rows.push_back({{x, y, z, static_cast<double>(ply.rows.size()) * 0.01, 0, 0, 2, -3, -3, -3, 1, 0, 0, 0}});
+    for (auto const& [x, y, z] : means) ply.rows.push_back({{x, y, z, static_cast<double>(ply.rows.size()) * 0.01, 0, 0, 2, -3, -3, -3, 1, 0, 0, 0}});
     return ply.bytes();
 }
 scene::Map read(std::string const& bytes, FarMeans far)

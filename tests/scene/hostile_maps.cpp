@@ -97,8 +97,7 @@ TEST_CASE("a Gaussian that cannot be drawn does not change the picture of the ot
     for (double value : {3.6e6, 1e30, 3e38}) CHECK(changes({f_dc_0 + 1}, value) == 0);
     for (double value : {-1000.0, -3e38, -inf}) CHECK(changes({opacity}, value) == 0);
     // Values whose square no float can hold: the splat is as wide as the frame and not invisible.
-    for (double value : {20.0, 50.0, 100.0, 1e30, 3e38})
-        CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 64 * 48);
+    for (double value : {20.0, 50.0, 100.0, 1e30, 3e38}) CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 64 * 48);
     CHECK(changes({rot_0, rot_0 + 1}, 0) == 0);
     CHECK(changes({opacity}, inf) > 100);
     CHECK(changes({scale_0}, -inf) > 10);

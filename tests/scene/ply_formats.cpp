@@ -102,9 +102,7 @@ TEST_CASE("ASCII numbers: signs, exponents, words, and texts that are not number
     CHECK(x("0." + std::string(400, '0') + "1").gaussians.at(0).mean_world[0] == 0.0f);
     CHECK(x(std::string(509, '0') + "1.5").gaussians.at(0).mean_world[0] == 1.5f);
 
-    auto const opacity = [](std::string const& word) {
-        return read(ascii_row("1 2 3 0 0 0 " + word + " -1e400 -2 -3 2 0 0 0")).gaussians.at(0);
-    };
+    auto const opacity = [](std::string const& word) { return read(ascii_row("1 2 3 0 0 0 " + word + " -1e400 -2 -3 2 0 0 0")).gaussians.at(0); };
     CHECK(opacity("-1e400").opacity == 0.0f);
     CHECK(opacity("1e400").opacity == 1.0f);
     CHECK(opacity("-inf").opacity == 0.0f);

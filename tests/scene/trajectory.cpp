@@ -68,8 +68,7 @@ TEST_CASE("a bad line is named by its number")
     CHECK(has(refusal("0 0 0 0 0 0 0 0\n"), "zero"));
     CHECK(has(refusal("0 0 x 0 0 0 0 1\n"), "field 3"));
     CHECK(has(refusal("0 0 0 1.2.3 0 0 0 1\n"), "field 4"));
-    for (char const* bad : {"1e999", "1e38", "+", "nanx", "+-1", "--1", "0x1"})
-        CHECK(has(refusal(std::string("0 0 0 0 0 0 0 ") + bad), "field 8"));
+    for (char const* bad : {"1e999", "1e38", "+", "nanx", "+-1", "--1", "0x1"}) CHECK(has(refusal(std::string("0 0 0 0 0 0 0 ") + bad), "field 8"));
 }
 
 TEST_CASE("comments, blank lines and line ends are where writers put them")
@@ -204,8 +203,7 @@ TEST_CASE("unusual stamps and quaternions are noted, and nothing else")
     CHECK(notes({0, 1, 2, 7.5, 8, 20, 21}) == Lines{"gaps above 5 times the median step of 1 s: 2, the longest lasts 12 s, before pose 6 at 20"});
     CHECK(notes({0, 1, 2, 1.5, 2.5, 2.25}) == Lines{"stamps that go back in time: 2, the first is pose 4 at 1.5 after 2"});
     CHECK(notes({1, 1, 2, 2, 2}) == Lines{"stamps that an earlier pose has too: 3"});
-    CHECK(notes({0, 1, 0, 1}) == Lines{"stamps that go back in time: 1, the first is pose 3 at 0 after 1",
-                                       "stamps that an earlier pose has too: 2"});
+    CHECK(notes({0, 1, 0, 1}) == Lines{"stamps that go back in time: 1, the first is pose 3 at 0 after 1", "stamps that an earlier pose has too: 2"});
     CHECK(notes({0, 1}, "0 0 0 1.009") == Lines{});
     CHECK(notes({0, 1}, "0 0 0.6 -0.7") == Lines{"quaternions normalised whose length was off 1 by more than 0.01: 2"});
     CHECK(notes({3, 3, 1, 2, 30}, "0 0 0 2").size() == 4);

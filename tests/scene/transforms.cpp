@@ -31,8 +31,7 @@ json file_of(std::vector<json> const& frames, json const& beside = lens)
     file["frames"] = frames;
     return file;
 }
-std::vector<scene::NamedCamera> read(std::string const& text, Lines* notes = nullptr,
-                                     scene::DistortedLens distorted = scene::DistortedLens::refused)
+std::vector<scene::NamedCamera> read(std::string const& text, Lines* notes = nullptr, scene::DistortedLens distorted = scene::DistortedLens::refused)
 {
     std::istringstream stream(text);
     return scene::read_cameras_json(stream, "t.json", notes, distorted);

@@ -237,21 +237,20 @@ TEST_CASE("texts without memory are not cut short, and files of text are read")
 
 TEST_CASE("a run without memory, from the demand to the error")
 {
-    torture::torture(
-        {value("fit, render", [] { return std::to_string(Renderer(cloud(), options()).render(views()[0]).report.pairs); }),
-         value("reference, 2 threads, and its error",
-               [] {
-                   Renderer renderer(cloud(), options());
-                   auto const frame = renderer.render(views()[0]);
-                   auto const reference =
-                       report::render_double(std::span(cloud().gaussians), views()[0], splat::Rules{}, report::Cuts::same, 2);
-                   return std::to_string(report::compare(frame.image, reference).psnr_db);
-               }),
-         value("a mesh that is not quiet explains itself", [] {
-             auto o = options();
-             o.most_passes = 1;
-             return std::to_string(WatchedRenderer(cloud(), o).render(views()[0]).report.pairs);
-         })});
+    torture::torture({value("fit, render", [] { return std::to_string(Renderer(cloud(), options()).render(views()[0]).report.pairs); }),
+                      value("reference, 2 threads, and its error",
+                            [] {
+                                Renderer renderer(cloud(), options());
+                                auto const frame = renderer.render(views()[0]);
+                                auto const reference =
+                                    report::render_double(std::span(cloud().gaussians), views()[0], splat::Rules{}, report::Cuts::same, 2);
+                                return std::to_string(report::compare(frame.image, reference).psnr_db);
+                            }),
+                      value("a mesh that is not quiet explains itself", [] {
+                          auto o = options();
+                          o.most_passes = 1;
+                          return std::to_string(WatchedRenderer(cloud(), o).render(views()[0]).report.pairs);
+                      })});
 }
 
 TEST_CASE("files without memory are whole, or as they were")

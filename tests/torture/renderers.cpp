@@ -94,13 +94,12 @@ TEST_CASE("a renderer without memory throws, and then renders the right picture:
 {
     auto full = options();
     full.storage_slots = 5;
-    std::pair<char const*, MakeRenderer> const renderers[] = {
-        {"Mesh", renderer_of<Renderer>(options())},
-        {"Mesh, 3 threads", renderer_of<Renderer>(options(3))},
-        {"Mesh, storage for 5", renderer_of<Renderer>(full)},
-        {"Mesh, traced, 2 threads", renderer_of<WatchedRenderer>(options(2))},
-        {"Mesh, no routing", runner_of<splat::Referenced<support::NoRouting>>(options())},
-        {"CheckedMesh", runner_of<support::Whole, CheckedMesh>(options())}};
+    std::pair<char const*, MakeRenderer> const renderers[] = {{"Mesh", renderer_of<Renderer>(options())},
+                                                              {"Mesh, 3 threads", renderer_of<Renderer>(options(3))},
+                                                              {"Mesh, storage for 5", renderer_of<Renderer>(full)},
+                                                              {"Mesh, traced, 2 threads", renderer_of<WatchedRenderer>(options(2))},
+                                                              {"Mesh, no routing", runner_of<splat::Referenced<support::NoRouting>>(options())},
+                                                              {"CheckedMesh", runner_of<support::Whole, CheckedMesh>(options())}};
     for (auto const& [name, make] : renderers) torture::torture(both(name, make));
     torture::torture({{"Mesh: the same view again", [] { return std::make_unique<NextView>(renderer_of<Renderer>(options()), 0); }}});
 }

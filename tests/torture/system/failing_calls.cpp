@@ -57,8 +57,7 @@ F* next(char const* name) noexcept
 {
     return reinterpret_cast<F*>(::dlsym(RTLD_NEXT, name));
 }
-#define NEXT(function) \
-    static auto* const real = next<decltype(function)>(#function)
+#define NEXT(function) static auto* const real = next<decltype(function)>(#function)
 /// A function that returns `failed` and sets errno to `why`, or else is the real one.
 #define FAILING(type, function, parameters, arguments, kind, why, failed) \
     type function parameters \
