@@ -70,9 +70,9 @@ TEST_CASE("one camera in the three forms is one camera")
     };
     // Quarter and third turns have a rotation of integers: equal bits. For other turns, the files hold the centre or t, each rounded to
     // double, so the cameras differ at most in the last bit of a float.
-    for (auto const& [q, t, equal] :
-         {Example{{1, 0, 1, 0}, {1, 2, 3}, true}, Example{{1, 1, 1, 1}, {-0.25, 8, 1e5}, true}, Example{{0.6, -0.3, 0.2, 0.71}, {0.1, -2.3, 3.7}, false},
-          Example{{-0.01, 0.9, 0.4, -0.1}, {11.3, 0.7, -5.1}, false}}) {
+    for (auto const& [q, t, equal] : {Example{{1, 0, 1, 0}, {1, 2, 3}, true}, Example{{1, 1, 1, 1}, {-0.25, 8, 1e5}, true},
+                                      Example{{0.6, -0.3, 0.2, 0.71}, {0.1, -2.3, 3.7}, false},
+                                      Example{{-0.01, 0.9, 0.4, -0.1}, {11.3, 0.7, -5.1}, false}}) {
         scene::Pose pose{scene::rotation_matrix(q[0], q[1], q[2], q[3]), {}};
         std::ostringstream image;
         image.precision(17);
