@@ -298,8 +298,9 @@ inline std::optional<Camera> lens_of(Model const& model, double width, double he
 }
 
 /// The camera of an image.
-inline std::optional<Camera> image_of(Camera camera, std::array<double, 7> const& v, std::string const& name)
+inline std::optional<Camera> image_of(Camera camera, std::array<double, 7> const& v, std::string name)
 {
+    std::replace(name.begin(), name.end(), '\\', '/');
     auto const rotation = rotation_of(v[0], v[1], v[2], v[3]);
     if (!rotation || name.empty() || !printable(name)) return {};
     camera.rotation = *rotation;
