@@ -1,20 +1,10 @@
 #include "plain_cameras.hpp"
 #include "require.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <set>
-#include <sstream>
-#include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace {
 
@@ -24,9 +14,8 @@ using namespace tilemesh;
 constexpr std::string_view own_form =
     R"({"cameras":[{"name":"a","width":~9~,"height":~9~,"fx":~9~,"fy":~9~,"cx":~4~,"cy":~4~,"near":~1~,"world_to_camera":)"
     R"([[~1~,~0~,~0~,~1~],[~0~,~1~,~0~,~2~],[~0~,~0~,~1~,~3~],[~0~,~0~,~0~,~1~]]}]})";
-constexpr std::string_view training_form =
-    R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
-    R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
+constexpr std::string_view training_form = R"([{"id":~0~,"img_name":"a","width":~9~,"height":~9~,"position":[~3~,~-2~,~-1~],"rotation":)"
+                                           R"([[~1~,~0~,~0~],[~0~,~1~,~0~],[~0~,~0~,~1~]],"fx":~9~,"fy":~9~}])";
 
 /// `form` after edits such as "d1e30;h-1": a letter for the number ('a' is the first), then the new text.
 std::string edited(std::string_view form, std::string_view edits)
@@ -72,8 +61,8 @@ struct Input {
         expected = json.read(first);
         close = json.close;
         is_json = json.is_json;
-        unread = std::move(json.unread);
-        unread_of_file = std::move(json.unread_of_file);
+        unread = json.unread;
+        unread_of_file = json.unread_of_file;
     }
 
     std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
@@ -156,16 +145,13 @@ void require_camera(splat::Camera const& c)
         require(std::isfinite(c.position[i]), "the centre is finite");
         for (int j = 0; j < 3; ++j) {
             double product = 0.0;
-            for (int k = 0; k < 3; ++k)
-                product += static_cast<double>(c.rotation[k][i]) * static_cast<double>(c.rotation[k][j]);
+            for (int k = 0; k < 3; ++k) product += static_cast<double>(c.rotation[k][i]) * static_cast<double>(c.rotation[k][j]);
             require(std::fabs(product - (i == j ? 1.0 : 0.0)) <= 2e-3, "the rotation is orthonormal");
         }
     }
-    auto const& r = c.rotation;
-    require(r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
-                    r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]) >
-                0.0f,
-            "the rotation is not mirrored");
+    plain::Matrix rotation{};
+    for (unsigned i = 0; i < 3; ++i) std::copy_n(c.rotation[i], 3, rotation[i].begin());
+    require(plain::determinant(rotation) > 0.0, "the rotation is not mirrored");
     require(std::isfinite(c.fx) && c.fx > 0.0f && std::isfinite(c.fy) && c.fy > 0.0f, "focal lengths are positive");
     require(std::isfinite(c.cx) && std::isfinite(c.cy), "the principal point is finite");
     require(std::isfinite(c.near_depth) && c.near_depth > 0.0f, "near is positive");

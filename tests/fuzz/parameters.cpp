@@ -1,12 +1,5 @@
 #include "plain_parameters.hpp"
 #include "require.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <sstream>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/energy.hpp>
@@ -18,19 +11,16 @@ namespace {
 
 using namespace tilemesh;
 
+constexpr std::uint64_t any_word = 0xffffffffu, most_cycles = 1'000'000'000'000, most_prices = 100'000'000, most_energy = 4'000'000'000;
 plain::ParameterKind const costs{"model",
                                  {{"clock", {"kHz", 1, 1'000'000'000}},
                                   {"exchange_cost", {"kind", 0, 1}},
-                                  {"run", {"cycles", 0, 1'000'000'000'000}},
-                                  {"exchange", {"cycles", 0, 1'000'000'000'000}},
-                                  {"exchange_byte", {"millicycles", 0, 100'000'000}},
-                                  {"sync", {"cycles", 0, 1'000'000'000'000}},
-                                  {"vote", {"cycles", 0, 1'000'000'000'000}}},
-                                 true,
-                                 "millicycles",
-                                 100'000'000,
-                                 true};
-constexpr std::uint64_t any_word = 0xffffffffu;
+                                  {"run", {"cycles", 0, most_cycles}},
+                                  {"exchange", {"cycles", 0, most_cycles}},
+                                  {"exchange_byte", {"millicycles", 0, most_prices}},
+                                  {"sync", {"cycles", 0, most_cycles}},
+                                  {"vote", {"cycles", 0, most_cycles}}},
+                                 true, "millicycles", most_prices, true};
 plain::ParameterKind const machines{"machine",
                                     {{"tiles", {"tiles", 1, any_word}},
                                      {"columns", {"tiles", 1, 65535}},
@@ -40,32 +30,23 @@ plain::ParameterKind const machines{"machine",
                                      {"workers", {"workers", 1, 1024}},
                                      {"clock", {"kHz", 1, 1'000'000'000}},
                                      {"instruction", {"millicycles", 1, 1'000'000}},
-                                     {"run", {"cycles", 0, 1'000'000'000'000}},
-                                     {"barrier", {"cycles", 0, 1'000'000'000'000}},
-                                     {"vote", {"cycles", 0, 1'000'000'000'000}},
+                                     {"run", {"cycles", 0, most_cycles}},
+                                     {"barrier", {"cycles", 0, most_cycles}},
+                                     {"vote", {"cycles", 0, most_cycles}},
                                      {"exchange_cost", {"kind", 0, 1}},
-                                     {"exchange_start", {"cycles", 0, 1'000'000'000'000}},
+                                     {"exchange_start", {"cycles", 0, most_cycles}},
                                      {"exchange", {"bytes_a_cycle", 1, 4096}},
                                      {"host_link", {"bytes_a_us", 1, 1'000'000'000}}},
-                                    true,
-                                    "",
-                                    0,
-                                    true};
-plain::ParameterKind const energies{"energy",
-                                    {{"sent_byte", {"fJ", 0, 4'000'000'000}},
-                                     {"capacity_byte", {"fJ", 0, 4'000'000'000}},
-                                     {"tile_cycle", {"fJ", 0, 4'000'000'000}}},
-                                    false,
-                                    "fJ",
-                                    4'000'000'000};
+                                    true, "", 0, true};
+plain::ParameterKind::Known const energy{"fJ", 0, most_energy};
+plain::ParameterKind const energies{"energy", {{"sent_byte", energy}, {"capacity_byte", energy}, {"tile_cycle", energy}}, false, "fJ", most_energy};
 
 void require_same(std::vector<ModelParameter> const& read, std::vector<plain::Parameter> const& expected)
 {
     require(read.size() == expected.size(), "as many parameters as the plain reader finds");
     for (auto const& e : expected) {
         auto const p = std::find_if(read.begin(), read.end(), [&](ModelParameter const& r) { return r.name == e.name; });
-        require(p != read.end() && p->value == e.value && p->unit == e.unit && p->source == e.source,
-                "a parameter is as the plain reader reads it");
+        require(p != read.end() && p->value == e.value && p->unit == e.unit && p->source == e.source, "a parameter is as the plain reader reads it");
     }
 }
 

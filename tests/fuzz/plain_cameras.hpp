@@ -1,43 +1,43 @@
 #pragma once
 #include "plain_text.hpp"
-#include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace plain {
 
+using Matrix = std::array<std::array<double, 3>, 3>; ///< rows
 struct Camera {
     std::string scene, file, name;
     double width, height, fx, fy, cx, cy, near;
-    std::array<std::array<double, 3>, 3> rotation; ///< world to camera, rows
+    Matrix rotation; ///< world to camera
     std::array<double, 3> centre;
 };
 using Cameras = std::optional<std::vector<Camera>>;
+
+inline double determinant(Matrix const& m)
+{
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+inline bool is_side(double pixels)
+{
+    return pixels >= 1 && pixels <= 65535 && pixels == std::floor(pixels);
+}
 
 /// Can a camera be rendered? Sets `close` if a value is so near to a limit that rounding decides.
 inline bool usable(Camera const& c, bool& close)
 {
     auto const& r = c.rotation;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
+    for (unsigned i = 0; i < 3; ++i)
+        for (unsigned j = 0; j < 3; ++j) {
             double sum = i == j ? -1.0 : 0.0;
-            for (int k = 0; k < 3; ++k) sum += r[static_cast<unsigned>(k)][static_cast<unsigned>(i)] * r[static_cast<unsigned>(k)][static_cast<unsigned>(j)];
+            for (unsigned k = 0; k < 3; ++k) sum += r[k][i] * r[k][j];
             close = close || std::fabs(std::fabs(sum) - 1e-3) < 1e-9;
             if (!(std::fabs(sum) <= 1e-3)) return false;
         }
-    double const turn = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
-                        r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
     auto const is_share = [](double v) { return std::fabs(v) < 2.0; };
     if (is_share(c.fx) && is_share(c.fy) && is_share(c.cx) && is_share(c.cy) && c.width >= 16 && c.height >= 16) return false;
-    return turn > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 &&
-           c.fy > 0.0 && c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 &&
-           static_cast<float>(c.near) > 0.0f;
+    return determinant(r) > 0.0 && c.fx > 0.0 && c.fx >= 1e-3 * c.width && c.fx <= 16777216.0 && std::fabs(c.cx) <= 16777216.0 && c.fy > 0.0 &&
+           c.fy >= 1e-3 * c.height && c.fy <= 16777216.0 && std::fabs(c.cy) <= 16777216.0 && static_cast<float>(c.near) > 0.0f;
 }
 
 inline unsigned depth_of(nlohmann::json const& value)
@@ -48,24 +48,26 @@ inline unsigned depth_of(nlohmann::json const& value)
     return value.is_structured() ? deepest + 1 : 0;
 }
 
-/// Whether a value under a distortion key is one that a pinhole camera has.
-inline bool means_pinhole(nlohmann::json const& value)
+using Words = std::set<std::string>;
+
+/// Whether a value under a distortion key is one that a pinhole camera has; `models`: names of camera models that a pinhole may have.
+inline bool means_pinhole(nlohmann::json const& value, Words const& models = {"", "none", "pinhole", "simple_pinhole", "perspective"})
 {
     if (value.is_number()) return value.get<double>() == 0.0;
     if (value.is_boolean()) return !value.get<bool>();
     if (value.is_string()) {
         std::string text = value.get<std::string>();
         std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; });
-        return std::set<std::string>{"", "none", "pinhole", "simple_pinhole", "perspective"}.count(text) != 0;
+        return models.count(text) != 0;
     }
-    return std::all_of(value.begin(), value.end(), means_pinhole); // of null there is nothing
+    return std::all_of(value.begin(), value.end(), [&](auto const& part) { return means_pinhole(part, models); }); // of null there is nothing
 }
 
 inline bool is_distortion_key(std::string const& key)
 {
-    return std::set<std::string>{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params",
-                                 "dist_coeffs", "camera_model"}
-               .count(key) != 0;
+    static Words const keys{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "distortion", "distortion_coefficients", "distortion_params",
+                            "dist_coeffs", "camera_model"};
+    return keys.count(key) != 0;
 }
 
 /// Whether a lens, or a file, has distortion.
@@ -80,7 +82,7 @@ inline bool is_distorted(nlohmann::json const& object)
 class JsonCameras {
 public:
     std::map<std::string, std::size_t> unread; ///< keys that are not read, and how many cameras have each
-    std::set<std::string> unread_of_file; ///< keys beside the frames of a transforms.json that are not read
+    Words unread_of_file; ///< keys beside the frames of a transforms.json that are not read
     bool is_json = true; ///< false: refused because it is not JSON, or because it is nested too deep
     bool close = false;
 
@@ -96,17 +98,15 @@ public:
         if (!own && !file.is_array()) return {};
         if (own && is_distorted(file)) return {};
         json const& list = own ? file["cameras"] : file;
-        std::set<std::string> const read_keys =
-            own ? std::set<std::string>{"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"}
-                : std::set<std::string>{"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
+        Words const read_keys = own ? Words{"scene", "file", "name", "id", "width", "height", "fx", "fy", "cx", "cy", "near", "world_to_camera"}
+                                    : Words{"id", "img_name", "width", "height", "position", "rotation", "fx", "fy"};
         std::vector<Camera> cameras;
         std::map<std::string, int> uses;
-        std::set<std::pair<std::string, int>> labels;
+        Words labels;
         for (auto const& entry : list) {
             if (!entry.is_object() || !text_of(entry, own ? "name" : "img_name")) return {};
             if (!own) ++uses[*text_of(entry, "img_name")];
-            for (auto const& item : entry.items())
-                if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
+            count_unread(entry, read_keys);
         }
         for (auto const& entry : list) {
             if (is_distorted(entry)) return {};
@@ -125,67 +125,56 @@ public:
             c.near = 0.2f;
             for (auto [key, value] : {std::pair{"width", &c.width}, {"height", &c.height}, {"fx", &c.fx}, {"fy", &c.fy},
                                       {"cx", &c.cx}, {"cy", &c.cy}, {"near", &c.near}}) {
-                bool const optional = key[0] == 'n' || (!own && key[0] == 'c');
-                if (!own && optional) continue;
-                if (optional && !entry.contains(key)) continue;
+                if (!own && (key[0] == 'n' || key[0] == 'c')) continue;
+                if (key[0] == 'n' && !entry.contains(key)) continue;
                 if (!entry.contains(key) || !moderate_in(entry[key])) return {};
                 *value = entry[key].get<double>();
             }
-            for (double const side : {c.width, c.height})
-                if (side < 1 || side > 65535 || side != std::floor(side)) return {};
-            if (!own) {
-                c.cx = c.width / 2;
-                c.cy = c.height / 2;
-            }
+            if (!is_side(c.width) || !is_side(c.height)) return {};
+            if (!own) c.cx = c.width / 2, c.cy = c.height / 2;
             if (!(own ? own_pose(entry, c) : training_pose(entry, c)) || !usable(c, close)) return {};
-            std::string const label = c.scene.empty() ? c.name : c.scene + "/" + c.name;
-            if (!labels.insert({label, 0}).second) return {};
+            if (!labels.insert(c.scene.empty() ? c.name : c.scene + "/" + c.name).second) return {};
             cameras.push_back(c);
         }
         return cameras;
     }
 
 private:
-    /// As `means_pinhole`, but the models whose coefficients have keys of their own name a pinhole too.
-    static bool means_pinhole_or_model(nlohmann::json const& value)
+    void count_unread(nlohmann::json const& entry, Words const& read_keys)
     {
-        if (value.is_string()) {
-            std::string text = value.get<std::string>();
-            std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return c < 0x80 ? std::tolower(c) : c; });
-            if (std::set<std::string>{"opencv", "full_opencv", "radial", "simple_radial"}.count(text) != 0) return true;
-        }
-        if (value.is_structured()) return std::all_of(value.begin(), value.end(), means_pinhole_or_model);
-        return means_pinhole(value);
+        for (auto const& item : entry.items())
+            if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
     }
     Cameras transforms(nlohmann::json const& file)
     {
         if (!file["frames"].is_array()) return {};
         std::vector<Camera> cameras;
-        std::set<std::string> names;
-        static std::set<std::string> const read_keys{"file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y",
-                                                     "is_fisheye", "equirectangular", "latlong", "orthographic", "colmap_im_id",
-                                                     "mask_path", "sharpness"};
+        Words names;
+        static Words const no_pinhole{"equirectangular", "latlong", "orthographic"}, lists{"train_filenames", "val_filenames", "test_filenames"};
+        // A pinhole too, if the coefficients that have keys of their own are 0.
+        static Words const models{"", "none", "pinhole", "simple_pinhole", "perspective", "opencv", "full_opencv", "radial", "simple_radial"};
+        static Words const of_lens{"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye", "equirectangular",
+                                   "latlong", "orthographic", "sharpness"};
+        Words of_frame{"file_path", "transform_matrix", "colmap_im_id", "mask_path"}, of_file{"frames", "aabb_scale", "ply_file_path"};
+        of_frame.insert(of_lens.begin(), of_lens.end()), of_file.insert(of_lens.begin(), of_lens.end());
         auto const is_text = [](nlohmann::json const& value) { return value.is_string(); };
-        for (auto const& item : file.items())
-            if (std::set<std::string>{"train_filenames", "val_filenames", "test_filenames"}.count(item.key()) != 0) {
-                if (!item.value().is_array() || !std::all_of(item.value().begin(), item.value().end(), is_text)) unread_of_file.insert(item.key());
-            } else if (!std::set<std::string>{"frames", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y", "is_fisheye",
-                                              "equirectangular", "latlong", "orthographic", "aabb_scale", "ply_file_path", "sharpness"}
-                            .count(item.key()) &&
-                       !is_distortion_key(item.key()))
-                unread_of_file.insert(item.key());
+        for (auto const& item : file.items()) {
+            auto const& list = item.value();
+            bool const is_read = lists.count(item.key()) != 0 ? list.is_array() && std::all_of(list.begin(), list.end(), is_text)
+                                                              : of_file.count(item.key()) != 0 || is_distortion_key(item.key());
+            if (!is_read) unread_of_file.insert(item.key());
+        }
         for (auto const& frame : file["frames"]) {
             if (!frame.is_object() || !text_of(frame, "file_path") || !is_matrix(frame, "transform_matrix", 4)) return {};
             if (frame.contains("mask_path") && !frame["mask_path"].is_null() && !text_of(frame, "mask_path")) return {};
-            for (auto const& item : frame.items())
-                if (read_keys.count(item.key()) == 0 && !is_distortion_key(item.key())) ++unread[item.key()];
+            count_unread(frame, of_frame);
             auto const value = [&](std::string const& key) -> nlohmann::json const* {
                 return frame.contains(key) ? &frame[key] : file.contains(key) ? &file[key] : nullptr;
             };
             for (auto const* object : {&frame, &file})
                 for (auto const& item : object->items())
-                    if (std::set<std::string>{"equirectangular", "latlong", "orthographic"}.count(item.key()) != 0 && item.value() == true) return {};
-                    else if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole_or_model(*value(item.key()))) return {};
+                    if (no_pinhole.count(item.key()) != 0 && item.value() == true) return {};
+                    else if ((is_distortion_key(item.key()) || item.key() == "is_fisheye") && !means_pinhole(*value(item.key()), models)) return {};
             Camera c{};
             c.name = *text_of(frame, "file_path");
             std::replace(c.name.begin(), c.name.end(), '\\', '/');
@@ -200,8 +189,7 @@ private:
             auto const width = number("w"), height = number("h");
             if (refused || !width || !height) return {};
             c.width = *width, c.height = *height, c.near = 0.2f;
-            for (double const side : {c.width, c.height})
-                if (side < 1 || side > 65535 || side != std::floor(side)) return {};
+            if (!is_side(c.width) || !is_side(c.height)) return {};
             auto fx = number("fl_x"), fy = number("fl_y");
             if (!fx) {
                 auto const angle_x = number("camera_angle_x");
@@ -216,13 +204,10 @@ private:
             c.cx = number("cx").value_or(c.width / 2), c.cy = number("cy").value_or(c.height / 2);
             if (refused) return {};
             auto const& m = frame["transform_matrix"];
-            auto const at = [&](std::size_t i, std::size_t j) { return m[i][j].get<double>(); };
-            double const off = std::fabs(at(3, 0)) + std::fabs(at(3, 1)) + std::fabs(at(3, 2)) + std::fabs(at(3, 3) - 1.0);
-            close = close || std::fabs(off - 1e-6) < 1e-12;
-            if (off > 1e-6) return {};
+            if (!is_last_row(m[3])) return {};
             for (std::size_t i = 0; i < 3; ++i) {
-                c.centre[i] = at(i, 3);
-                for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = i == 0 ? at(j, i) : -at(j, i);
+                c.centre[i] = m[i][3].get<double>();
+                for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = (i == 0 ? 1 : -1) * m[j][i].get<double>();
             }
             if (!usable(c, close)) return {};
             cameras.push_back(c);
@@ -234,10 +219,7 @@ private:
         if (!entry.contains(key) || !entry[key].is_string() || !printable(entry[key].get<std::string>())) return {};
         return entry[key].get<std::string>();
     }
-    static bool moderate_in(nlohmann::json const& value)
-    {
-        return value.is_number() && std::fabs(value.get<double>()) <= 1e37;
-    }
+    static bool moderate_in(nlohmann::json const& value) { return value.is_number() && std::fabs(value.get<double>()) <= 1e37; }
     static bool is_matrix(nlohmann::json const& entry, char const* key, std::size_t n)
     {
         if (!entry.contains(key) || !entry[key].is_array() || entry[key].size() != n) return false;
@@ -248,26 +230,25 @@ private:
         }
         return true;
     }
+    /// 0 0 0 1
+    bool is_last_row(nlohmann::json const& row)
+    {
+        double off = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) off += std::fabs(row[i].get<double>() - (i == 3 ? 1.0 : 0.0));
+        close = close || std::fabs(off - 1e-6) < 1e-12;
+        return off <= 1e-6;
+    }
     bool own_pose(nlohmann::json const& entry, Camera& c)
     {
         if (!is_matrix(entry, "world_to_camera", 4)) return false;
         auto const& m = entry["world_to_camera"];
-        auto const at = [&](std::size_t i, std::size_t j) { return m[i][j].get<double>(); };
-        double const off = std::fabs(at(3, 0)) + std::fabs(at(3, 1)) + std::fabs(at(3, 2)) + std::fabs(at(3, 3) - 1.0);
-        close = close || std::fabs(off - 1e-6) < 1e-12;
-        if (off > 1e-6) return false;
+        if (!is_last_row(m[3])) return false;
         for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = at(i, j);
-        // Cramer's rule for R c = -t.
-        auto const& r = c.rotation;
-        auto const turn = [](auto const& a) {
-            return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
-                   a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
-        };
-        for (std::size_t j = 0; j < 3; ++j) {
-            auto replaced = r;
-            for (std::size_t i = 0; i < 3; ++i) replaced[i][j] = -at(i, 3);
-            c.centre[j] = turn(replaced) / turn(r);
+            for (std::size_t j = 0; j < 3; ++j) c.rotation[i][j] = m[i][j].get<double>();
+        for (std::size_t j = 0; j < 3; ++j) { // Cramer's rule for R c = -t
+            auto replaced = c.rotation;
+            for (std::size_t i = 0; i < 3; ++i) replaced[i][j] = -m[i][3].get<double>();
+            c.centre[j] = determinant(replaced) / determinant(c.rotation);
         }
         return true;
     }
@@ -285,15 +266,15 @@ private:
 };
 
 /// The rotation of a quaternion w, x, y, z, by rows; nothing for a zero quaternion.
-inline std::optional<std::array<std::array<double, 3>, 3>> rotation_of(double w, double x, double y, double z)
+inline std::optional<Matrix> rotation_of(double w, double x, double y, double z)
 {
-    double const largest = std::max(std::max(std::fabs(w), std::fabs(x)), std::max(std::fabs(y), std::fabs(z)));
+    double const largest = std::max({std::fabs(w), std::fabs(x), std::fabs(y), std::fabs(z)});
     if (largest == 0.0) return {};
     double const length = std::sqrt((w / largest) * (w / largest) + (x / largest) * (x / largest) + (y / largest) * (y / largest) + (z / largest) * (z / largest));
     w = w / largest / length, x = x / largest / length, y = y / largest / length, z = z / largest / length;
-    return std::array<std::array<double, 3>, 3>{{{w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                                                 {2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)},
-                                                 {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
+    return Matrix{{{w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                   {2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)},
+                   {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
 }
 
 /// The models of COLMAP whose picture is a pinhole's if their coefficients are 0: focal lengths, coefficients, MODEL_ID.
@@ -307,6 +288,7 @@ inline std::map<std::string, Model> const straight_models{{"SIMPLE_PINHOLE", {1,
 /// The lens of these parameters, if it is a pinhole.
 inline std::optional<Camera> lens_of(Model const& model, double width, double height, std::vector<double> values, bool& close)
 {
+    if (!is_side(width) || !is_side(height)) return {};
     if (model.focals == 1) values.insert(values.begin(), values[0]);
     for (std::size_t i = 4; i < values.size(); ++i)
         if (values[i] != 0.0) return {};
@@ -316,8 +298,9 @@ inline std::optional<Camera> lens_of(Model const& model, double width, double he
 }
 
 /// The camera of an image.
-inline std::optional<Camera> image_of(Camera camera, std::array<double, 7> const& v, std::string const& name)
+inline std::optional<Camera> image_of(Camera camera, std::array<double, 7> const& v, std::string name)
 {
+    std::replace(name.begin(), name.end(), '\\', '/');
     auto const rotation = rotation_of(v[0], v[1], v[2], v[3]);
     if (!rotation || name.empty() || !printable(name)) return {};
     camera.rotation = *rotation;
@@ -352,7 +335,7 @@ inline Cameras colmap_binary(std::string const& cameras_bin, std::string const& 
     for (; count > 0; --count) {
         auto const id = whole_number(4), model_id = whole_number(4), width = whole_number(8), height = whole_number(8);
         auto const model = std::find_if(straight_models.begin(), straight_models.end(), [&](auto const& each) { return each.second.id == model_id; });
-        if (ended || model == straight_models.end() || width < 1 || width > 65535 || height < 1 || height > 65535) return {};
+        if (ended || model == straight_models.end()) return {};
         std::vector<double> values;
         for (unsigned i = 0; i < model->second.focals + 2 + model->second.coefficients; ++i) values.push_back(real());
         for (double const value : values)
@@ -366,7 +349,7 @@ inline Cameras colmap_binary(std::string const& cameras_bin, std::string const& 
     count = whole_number(8);
     if (ended || count > 1u << 20) return {};
     std::vector<Camera> cameras;
-    std::set<std::string> names;
+    Words names;
     for (; count > 0; --count) {
         whole_number(4);
         std::array<double, 7> v{};
@@ -397,7 +380,7 @@ inline Cameras colmap(std::string const& cameras_txt, std::string const& images_
         auto const& model = straight_models.at(w[1]);
         if (w.size() != 6 + model.focals + model.coefficients) return {};
         auto const id = whole_with_plus(w[0], 32), width = whole_with_plus(w[2], 32), height = whole_with_plus(w[3], 32);
-        if (!id || !width || !height || *width < 1 || *width > 65535 || *height < 1 || *height > 65535) return {};
+        if (!id || !width || !height) return {};
         std::vector<double> values;
         for (std::size_t i = 4; i < w.size(); ++i) {
             if (!moderate(w[i])) return {};
@@ -408,7 +391,7 @@ inline Cameras colmap(std::string const& cameras_txt, std::string const& images_
     }
 
     std::vector<Camera> cameras;
-    std::set<std::string> names;
+    Words names;
     auto const all = lines(without_mark(images_txt));
     for (std::size_t i = 0; i < all.size(); ++i) {
         auto const w = words(all[i]);

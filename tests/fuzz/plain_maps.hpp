@@ -1,18 +1,7 @@
 #pragma once
 #include "../scene/map_writers.hpp"
 #include "plain_ply.hpp"
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstdint>
-#include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <set>
-#include <string>
-#include <utility>
-#include <vector>
 
 // Slow readers of compressed maps: from the bytes to the quantised numbers of tests/scene/map_writers.hpp, which gives their values, and from
 // there through an uncompressed PLY. They are for files that the library reads: they check nothing.

@@ -1,8 +1,5 @@
 #pragma once
 #include "plain_text.hpp"
-#include <algorithm>
-#include <array>
-#include <map>
 
 namespace plain {
 

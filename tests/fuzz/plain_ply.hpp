@@ -1,12 +1,5 @@
 #pragma once
 #include "plain_text.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <set>
 
 namespace plain {
 

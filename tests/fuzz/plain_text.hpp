@@ -1,12 +1,24 @@
 #pragma once
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 // Slow and simple readers of the library's files, for comparison. They hold the whole file in memory, split it with strings and
-// strtod, and use no code of the library. A reader returns nothing for a file that must be refused.
+// strtod, and use no code of the library. A reader returns nothing for a file that must be refused. This header includes what all of them
+// use of the standard library.
 namespace plain {
 
 inline bool is_in(char c, std::string const& set) { return set.find(c) != std::string::npos; }

@@ -6,7 +6,7 @@ namespace plain {
 struct Pose {
     double seconds;
     std::array<double, 3> position;
-    std::array<std::array<double, 3>, 3> rotation; ///< world to camera, rows
+    Matrix rotation; ///< world to camera
 };
 
 /// A field of a trajectory: a number from -1e37 to 1e37, or NaN or infinite, which is no fault of the line.
@@ -20,6 +20,22 @@ inline std::optional<double> pose_number(std::string const& word)
 inline bool all_finite(double const* values, std::size_t n)
 {
     return std::all_of(values, values + n, [](double v) { return v - v == 0.0; });
+}
+
+/// The first eight words as numbers.
+inline std::optional<std::array<double, 8>> word_fields(std::vector<std::string> const& w)
+{
+    std::array<double, 8> v{};
+    for (std::size_t i = 0; i < 8; ++i) {
+        auto const value = i < w.size() ? pose_number(w[i]) : std::nullopt;
+        if (!value) return {};
+        v[i] = *value;
+    }
+    return v;
+}
+inline bool is_zero_quaternion(std::array<double, 8> const& v)
+{
+    return v[4] == 0.0 && v[5] == 0.0 && v[6] == 0.0 && v[7] == 0.0;
 }
 
 /// The eight numbers of a line with commas, which may have more fields.
@@ -60,34 +76,24 @@ inline std::optional<Pose> matrix_pose(std::vector<std::string> const& w, bool& 
     return pose;
 }
 
-/// The poses of a text, in which a byte order mark is an error.
-inline std::optional<std::vector<Pose>> tum_lines(std::string const& text, std::size_t most)
+inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t most)
 {
     std::vector<Pose> poses;
-    for (auto const& line : lines(text)) {
+    for (auto const& line : lines(without_mark(text))) {
         std::string const before = line.substr(0, line.find('#'));
         auto const w = words(before);
         if (w.empty()) continue;
-        if (before.find(',') != before.npos || w.size() != 8) return {};
-        std::array<double, 8> v{};
-        for (std::size_t i = 0; i < 8; ++i) {
-            if (!pose_number(w[i])) return {};
-            v[i] = *pose_number(w[i]);
-        }
-        if (v[4] == 0.0 && v[5] == 0.0 && v[6] == 0.0 && v[7] == 0.0) return {};
-        if (!all_finite(v.data(), 8)) continue;
+        auto const v = word_fields(w);
+        if (before.find(',') != before.npos || w.size() != 8 || !v || is_zero_quaternion(*v)) return {};
+        if (!all_finite(v->data(), 8)) continue;
         if (poses.size() == most) return {};
-        auto const rotation = rotation_of(v[7], -v[4], -v[5], -v[6]); // the conjugate: world to camera
+        auto const& [seconds, px, py, pz, qx, qy, qz, qw] = *v;
+        auto const rotation = rotation_of(qw, -qx, -qy, -qz); // the conjugate: world to camera
         if (!rotation) return {};
-        poses.push_back({v[0], {v[1], v[2], v[3]}, *rotation});
+        poses.push_back({seconds, {px, py, pz}, *rotation});
     }
     if (poses.empty()) return {};
     return poses;
-}
-/// The poses of a file, which may begin with a mark.
-inline std::optional<std::vector<Pose>> tum(std::string const& text, std::size_t most)
-{
-    return tum_lines(without_mark(text), most);
 }
 
 /// What a line of names says about the columns.
@@ -190,16 +196,9 @@ inline std::optional<Trajectory> any_trajectory(std::string const& text, std::si
             continue;
         }
         std::optional<std::array<double, 8>> v;
-        if (commas) {
-            v = comma_fields(before);
-        } else if ((more ? w.size() >= 8 : w.size() == 8) && (more || before.find(',') == before.npos)) {
-            v.emplace();
-            for (std::size_t i = 0; i < 8; ++i) {
-                if (!pose_number(w[i])) return {};
-                (*v)[i] = *pose_number(w[i]);
-            }
-        }
-        if (!v || ((*v)[4] == 0.0 && (*v)[5] == 0.0 && (*v)[6] == 0.0 && (*v)[7] == 0.0)) return {};
+        if (commas) v = comma_fields(before);
+        else if (more || (w.size() == 8 && before.find(',') == before.npos)) v = word_fields(w);
+        if (!v || is_zero_quaternion(*v)) return {};
         if (!all_finite(v->data(), 8)) continue;
         if (rows.size() == most) return {};
         rows.push_back(*v);

@@ -1,13 +1,7 @@
 #include "require.hpp"
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <string>
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size);
@@ -76,9 +70,7 @@ int main(int count, char** arguments)
             if (entry.is_regular_file()) paths.push_back(entry.path());
     }
     std::sort(paths.begin(), paths.end());
-    auto const feed = [](std::string const& bytes) {
-        LLVMFuzzerTestOneInput(reinterpret_cast<std::uint8_t const*>(bytes.data()), bytes.size());
-    };
+    auto const feed = [](std::string const& bytes) { LLVMFuzzerTestOneInput(reinterpret_cast<std::uint8_t const*>(bytes.data()), bytes.size()); };
     std::vector<std::string> files;
     for (auto const& path : paths) {
         std::ifstream stream(path, std::ios::binary);

@@ -23,8 +23,7 @@ TEST_CASE("PCG32 draws the numbers of its reference implementation")
 {
     // The first line that pcg32-demo of pcg-c-basic 0.9 prints: seed 42, stream 54.
     scene::detail::Pcg32 random(42, 54);
-    for (std::uint32_t const expected :
-         {0xa15c02b7u, 0x7b47f409u, 0xba1d3330u, 0x83d2f293u, 0xbfa4784bu, 0xcbed606eu})
+    for (std::uint32_t const expected : {0xa15c02b7u, 0x7b47f409u, 0xba1d3330u, 0x83d2f293u, 0xbfa4784bu, 0xcbed606eu})
         CHECK(random.next() == expected);
     for (int i = 0; i < 1000; ++i) {
         double const draw = random.uniform();
@@ -32,40 +31,30 @@ TEST_CASE("PCG32 draws the numbers of its reference implementation")
     }
 }
 
-TEST_CASE("the built-in map has the size and the ids that are promised")
+TEST_CASE("the built-in map has the size and the ids that are promised, sound records, and is the same on every call")
 {
-    auto const map = scene::built_in_map();
+    auto const map = scene::built_in_map(), again = scene::built_in_map();
     CHECK(map.name == "built_in");
     CHECK(map.path.empty());
     CHECK(map.rejected == 0);
     CHECK(map.gaussians.size() >= 38000);
     CHECK(map.gaussians.size() <= 42000);
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < map.gaussians.size(); ++i)
-        wrong += static_cast<std::uint32_t>(map.gaussians[i].id) != i + 1;
-    CHECK(wrong == 0);
-}
-
-TEST_CASE("every record of the built-in map is a sound one")
-{
-    std::size_t wrong = 0;
-    for (auto const& g : scene::built_in_map().gaussians) {
+    REQUIRE(map.gaussians.size() == again.gaussians.size());
+    CHECK(std::memcmp(map.gaussians.data(), again.gaussians.data(), map.gaussians.size() * 60) == 0);
+    std::size_t wrong_ids = 0, wrong = 0;
+    for (std::size_t i = 0; i < map.gaussians.size(); ++i) {
+        auto const& g = map.gaussians[i];
+        wrong_ids += static_cast<std::uint32_t>(g.id) != i + 1;
         double norm = 0.0;
         bool sound = g.opacity > 0.0f && g.opacity <= 1.0f;
         for (float q : g.rotation) norm += static_cast<double>(q) * static_cast<double>(q);
-        for (int i = 0; i < 3; ++i)
-            sound = sound && std::isfinite(g.mean_world[i]) && g.colour[i] >= 0.0f &&
-                    g.colour[i] < 4.0f && g.log_scale[i] > -12.0f && g.log_scale[i] < 2.0f;
+        for (int k = 0; k < 3; ++k)
+            sound = sound && std::isfinite(g.mean_world[k]) && g.colour[k] >= 0.0f && g.colour[k] < 4.0f && g.log_scale[k] > -12.0f &&
+                    g.log_scale[k] < 2.0f;
         wrong += !sound || !(std::fabs(norm - 1.0) < 1e-6);
     }
+    CHECK(wrong_ids == 0);
     CHECK(wrong == 0);
-}
-
-TEST_CASE("the built-in map is the same on every call")
-{
-    auto const a = scene::built_in_map(), b = scene::built_in_map();
-    REQUIRE(a.gaussians.size() == b.gaussians.size());
-    CHECK(std::memcmp(a.gaussians.data(), b.gaussians.data(), a.gaussians.size() * 60) == 0);
 }
 
 TEST_CASE("the built-in map holds what SLAM maps hold: opaque ones, needles, discs, blobs")
@@ -107,10 +96,8 @@ TEST_CASE("the camera of the built-in map shows the desk, its lettering and no e
         if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < 1280 && pixel.y < 720)) continue;
         ++shown;
         // The letters are the brightest fine dots of the upper half, in its middle.
-        lettering += pixel.y < 240 && std::fabs(pixel.x - 640) < 320 &&
-                     g.colour[0] + g.colour[1] + g.colour[2] > 2.0f && sigma(g, 2) < 0.004;
-        ++hits[static_cast<std::size_t>(pixel.y / 80) * 16 +
-               static_cast<std::size_t>(pixel.x / 80)];
+        lettering += pixel.y < 240 && std::fabs(pixel.x - 640) < 320 && g.colour[0] + g.colour[1] + g.colour[2] > 2.0f && sigma(g, 2) < 0.004;
+        ++hits[static_cast<std::size_t>(pixel.y / 80) * 16 + static_cast<std::size_t>(pixel.x / 80)];
     }
     CHECK(static_cast<double>(shown) > 0.75 * static_cast<double>(map.gaussians.size()));
     CHECK(lettering > 1000);
@@ -124,8 +111,7 @@ TEST_CASE("a frame becomes a quaternion whichever axis is longest")
     scene::Map map;
     scene::detail::Brush brush(map, 1);
     std::vector<glm::dmat3> frames{glm::dmat3{1.0}};
-    for (auto const& q : {glm::dvec4{0.1, 1, 0.2, 0.3}, glm::dvec4{-0.1, 0.2, 1, 0.3},
-                          glm::dvec4{0.05, 0.2, 0.3, -1}, glm::dvec4{0, 1, 0, 0},
+    for (auto const& q : {glm::dvec4{0.1, 1, 0.2, 0.3}, glm::dvec4{-0.1, 0.2, 1, 0.3}, glm::dvec4{0.05, 0.2, 0.3, -1}, glm::dvec4{0, 1, 0, 0},
                           glm::dvec4{0, 0, 1, 0}, glm::dvec4{0, 0, 0, 1}})
         frames.push_back(scene::rotation_matrix(q[0], q[1], q[2], q[3]));
     for (auto const& frame : frames) {

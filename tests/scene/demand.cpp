@@ -10,9 +10,7 @@ using scene::demand_of;
 namespace {
 Demand along(scene::Map const& map, std::vector<splat::Camera> const& path, std::uint32_t tile = 16)
 {
-    return demand_of(map, std::span(path), splat::Rules{}, [&](splat::Camera const& c) {
-        return splat::make_tiling(c.width, c.height, tile, tile);
-    });
+    return demand_of(map, std::span(path), splat::Rules{}, [&](splat::Camera const& c) { return splat::make_tiling(c.width, c.height, tile, tile); });
 }
 } // namespace
 
@@ -162,14 +160,7 @@ TEST_CASE("demand: a demand of another map is refused, and the lower degree coun
 TEST_CASE("a map whose harmonics do not fit its degree is refused wherever they are read")
 {
     auto const refused = [](scene::Map const& map, char const* why) {
-        auto const says = [&](auto const& call) {
-            try {
-                call();
-            } catch (Error const& error) {
-                return std::string(error.what()).find(why) != std::string::npos;
-            }
-            return false;
-        };
+        auto const says = [&](auto const& call) { return tests::has(tests::error_of(call), why); };
         Demand d;
         d.gaussians = map.gaussians.size();
         d.sh_degree = map.sh_degree;

@@ -1,5 +1,5 @@
 // test: unoptimised test asan
-#include "map_writers.hpp"
+#include "ply_writer.hpp"
 #include "support.hpp"
 #include <glm/geometric.hpp>
 #include <tilemesh/scene/camera_json.hpp>
@@ -15,46 +15,20 @@ using Means = std::vector<std::array<double, 3>>;
 
 namespace {
 
-/// A PLY whose means have this type. Every row has another colour, so that rows can be told apart.
-Bytes ply_of(Means const& means, bool doubles, bool ascii = false)
+/// A PLY whose columns have this type. Every row has another colour, so that rows can be told apart.
+std::string ply_of(Means const& means, bool doubles, bool in_ascii = false)
 {
-    Bytes out = std::string("ply\nformat ") + (ascii ? "ascii" : "binary_little_endian") + " 1.0\nelement vertex " + std::to_string(means.size()) + "\n";
-    for (char const* name : {"x", "y", "z"}) out += std::string("property ") + (doubles ? "double " : "float ") + name + "\n";
-    for (char const* name : {"f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
-        out += std::string("property float ") + name + "\n";
-    out += "end_header\n";
-    for (std::size_t i = 0; i < means.size(); ++i) {
-        std::array<float, 11> const rest{static_cast<float>(i) * 0.01f, 0, 0, 2, -3, -3, -3, 1, 0, 0, 0};
-        if (ascii) {
-            char word[64];
-            for (double const v : means[i]) {
-                std::snprintf(word, sizeof word, "%.17g ", v);
-                out += word;
-            }
-            for (float const v : rest) {
-                std::snprintf(word, sizeof word, "%.9g ", static_cast<double>(v));
-                out += word;
-            }
-            out += "\n";
-            continue;
-        }
-        for (double const v : means[i])
-            if (doubles) put_little(out, std::bit_cast<std::uint64_t>(v), 8);
-            else put_little(out, std::bit_cast<std::uint32_t>(static_cast<float>(v)), 4);
-        for (float const v : rest) put_little(out, std::bit_cast<std::uint32_t>(v), 4);
-    }
-    return out;
+    Ply ply;
+    ply.doubles = doubles;
+    ply.format = in_ascii ? ascii : little;
+    ply.rows.clear();
+    for (auto const& [x, y, z] : means) ply.rows.push_back({{x, y, z, static_cast<double>(ply.rows.size()) * 0.01, 0, 0, 2, -3, -3, -3, 1, 0, 0, 0}});
+    return ply.bytes();
 }
-scene::Map read(Bytes const& bytes, FarMeans far)
+scene::Map read(std::string const& bytes, FarMeans far)
 {
     std::istringstream stream(bytes);
     return scene::read_map(stream, "far.ply", {}, far);
-}
-bool notes_have(scene::Map const& map, std::string const& part)
-{
-    for (auto const& note : map.notes)
-        if (note.find(part) != note.npos) return true;
-    return false;
 }
 Means around(std::array<double, 3> const& centre, double spread, std::size_t n, std::mt19937& random)
 {
@@ -73,10 +47,10 @@ TEST_CASE("far means of double columns keep all digits when their origin is subt
     std::mt19937 random(1);
     for (auto const& centre : {utm, std::array{5e6, 5e6, 5e6}, std::array{-4.1e6, 0.0, 4.8e6}, std::array{12345.0, 0.0, 0.0}})
         for (std::size_t n : {1u, 2u, 60u, 300u})
-            for (bool const ascii : {false, true}) {
+            for (bool const in_ascii : {false, true}) {
                 auto means = around(centre, 5, n, random);
                 if (n > 50) means[7] = {0, 0, 0}; // an outlier moves no median
-                auto const map = read(ply_of(means, true, ascii), FarMeans::moved);
+                auto const map = read(ply_of(means, true, in_ascii), FarMeans::moved);
                 REQUIRE(map.gaussians.size() == n);
                 for (std::size_t i = 0; i < 3; ++i) {
                     CHECK(map.origin[i] == std::round(map.origin[i]));
@@ -89,14 +63,14 @@ TEST_CASE("far means of double columns keep all digits when their origin is subt
                 CHECK(notes_have(map, "is subtracted from the map, and from cameras and trajectories"));
                 CHECK_FALSE(notes_have(map, "export the map"));
                 // In float32 the digits are gone, and the note says so.
-                auto const rounded = read(ply_of(means, false, ascii), FarMeans::moved);
+                auto const rounded = read(ply_of(means, false, in_ascii), FarMeans::moved);
                 for (std::size_t row = 0; row < n; ++row)
                     for (std::size_t i = 0; i < 3; ++i)
                         CHECK(rounded.gaussians[row].mean_world[i] ==
                               static_cast<float>(static_cast<double>(static_cast<float>(means[row][i])) - rounded.origin[i]));
                 CHECK(notes_have(rounded, "export the map as PLY with double columns x, y, z"));
                 // Kept means are those of the file, with a note.
-                auto const kept = read(ply_of(means, true, ascii), FarMeans::kept);
+                auto const kept = read(ply_of(means, true, in_ascii), FarMeans::kept);
                 CHECK(kept.origin == std::array<double, 3>{});
                 for (std::size_t row = 0; row < n; ++row) CHECK(kept.gaussians[row].mean_world[1] == static_cast<float>(means[row][1]));
                 CHECK(notes_have(kept, "far from 0 against their spread, and float32 has steps of"));

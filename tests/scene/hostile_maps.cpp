@@ -4,8 +4,8 @@
 #include "support.hpp"
 #include <initializer_list>
 
-// Maps with hostile numbers, from their file to the picture: every pixel is finite, the picture equals the naive one, and every lost
-// Gaussian is counted.
+// Hostile maps, from their file to the picture: every pixel is finite, the picture equals the naive one, and every lost Gaussian is counted.
+// stability/hostile.cpp has hostile numbers in any field of records.
 using namespace scene_test;
 using namespace tilemesh;
 
@@ -17,7 +17,7 @@ std::unique_ptr<support::Runner> renderer_of(scene::Map const& map, RendererOpti
     return support::make_runner<splat::Referenced<splat::Lossless>>(map, options);
 }
 
-constexpr int x = 0, y = 1, z = 2, f_dc_0 = 3, opacity = 6, scale_0 = 7, rot_0 = 10;
+constexpr int x = 0, z = 2, f_dc_0 = 3, opacity = 6, scale_0 = 7, rot_0 = 10;
 
 /// At the origin, looking along z.
 splat::Camera front()
@@ -60,9 +60,7 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
             std::size_t not_finite = 0;
             for (float v : frame.image.rgb) not_finite += std::isfinite(v) ? 0 : 1;
             CHECK(not_finite == 0);
-            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, rules,
-                                                                              renderer->missing(r))) ==
-                  0);
+            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, view, rules, renderer->missing(r))) == 0);
             auto const& n = r.gaussians;
             // Counted at the beginning of the frame; some of these may find no room.
             CHECK(n.visible + n.parked == map.gaussians.size());
@@ -73,26 +71,6 @@ bool render_all(scene::Map const& map, splat::Camera const& camera)
         }
     }
     return any_unplaced;
-}
-
-/// One hostile row beside six plain ones.
-void try_row(Row const& row, std::uint64_t rejected = 0)
-{
-    Ply ply;
-    ply.rows = rows_around(row);
-    auto const map = read(ply);
-    CHECK(map.rejected == rejected);
-    REQUIRE(map.gaussians.size() + map.rejected == ply.rows.size());
-    CHECK_FALSE(render_all(map, front()));
-}
-
-void try_value(int field, double value, std::uint64_t rejected = 0)
-{
-    CAPTURE(names[field]);
-    CAPTURE(value);
-    Row row = ball(0, 0, 3);
-    row.f[field] = value;
-    try_row(row, rejected);
 }
 
 double const inf = static_cast<double>(infinity);
@@ -119,73 +97,10 @@ TEST_CASE("a Gaussian that cannot be drawn does not change the picture of the ot
     for (double value : {3.6e6, 1e30, 3e38}) CHECK(changes({f_dc_0 + 1}, value) == 0);
     for (double value : {-1000.0, -3e38, -inf}) CHECK(changes({opacity}, value) == 0);
     // Values whose square no float can hold: the splat is as wide as the frame and not invisible.
-    for (double value : {20.0, 50.0, 100.0, 1e30, 3e38})
-        CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 64 * 48);
+    for (double value : {20.0, 50.0, 100.0, 1e30, 3e38}) CHECK(changes({scale_0, scale_0 + 1, scale_0 + 2}, value) == 64 * 48);
     CHECK(changes({rot_0, rot_0 + 1}, 0) == 0);
     CHECK(changes({opacity}, inf) > 100);
     CHECK(changes({scale_0}, -inf) > 10);
-}
-
-TEST_CASE("hostile positions")
-{
-    for (int field : {x, y, z})
-        for (double value : {1e30, -1e30, 3e38, -3e38, 1e-40, -1e-40, 1e-45, 0.2, -0.0}) try_value(field, value);
-    for (double value : {1e30, 3e38, -3e38, 1e-40}) try_row({{value, value, value, 0, 0, 0, 2, -1, -1, -1, 1, 0, 0, 0}});
-    for (int field : {x, y, z})
-        for (double value : {inf, -inf}) try_value(field, value, 1);
-}
-
-TEST_CASE("hostile colours")
-{
-    for (int field : {f_dc_0, f_dc_0 + 1, f_dc_0 + 2}) {
-        for (double value : {1e30, -1e30, 3e38, -3e38, 3.5e6, 3.6e6, 1e-45}) try_value(field, value);
-        for (double value : {inf, -inf}) try_value(field, value, 1);
-    }
-}
-
-TEST_CASE("hostile opacities")
-{
-    for (double value : {1000.0, -1000.0, 1e30, -1e30, 3e38, -3e38, inf, -inf, 17.0, -5.537334, 1e-45})
-        try_value(opacity, value);
-}
-
-TEST_CASE("hostile sizes")
-{
-    for (int axis = 0; axis < 3; ++axis) {
-        for (double value : {100.0, -100.0, 1e30, -1e30, 3e38, -3e38, 20.0, 43.0, 44.0, 88.0, 89.0, -87.0, -43.0, -inf})
-            try_value(scale_0 + axis, value);
-        try_value(scale_0 + axis, inf, 1);
-    }
-    for (double value : {100.0, -100.0, 1e30, -1e30, 20.0, 22.0, 43.0, 44.0, -inf}) {
-        CAPTURE(value);
-        Row row = ball(0.3, 0.1, 3);
-        for (int axis = 0; axis < 3; ++axis) row.f[scale_0 + axis] = value;
-        try_row(row);
-        row.f[scale_0] = -100; // a disc
-        try_row(row);
-        row.f[scale_0 + 1] = -100; // a needle
-        try_row(row);
-    }
-}
-
-TEST_CASE("hostile quaternions")
-{
-    for (double value : {1e-45, 1e-40, 1e30, 3e38, -3e38, -1e-45})
-        for (int component = 0; component < 4; ++component) {
-            CAPTURE(value);
-            CAPTURE(component);
-            Row row = ball(0, 0, 3);
-            row.f[scale_0] = 0.5;
-            row.f[rot_0 + component] = value;
-            try_row(row);
-            for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = i == component ? value : 0.0;
-            try_row(row);
-            for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = value;
-            try_row(row);
-        }
-    Row row = ball(0, 0, 3);
-    for (int i = 0; i < 4; ++i) row.f[rot_0 + i] = 0;
-    try_row(row, 1);
 }
 
 TEST_CASE("a camera at a Gaussian's centre, a hair before it, inside a huge one")
@@ -194,9 +109,10 @@ TEST_CASE("a camera at a Gaussian's centre, a hair before it, inside a huge one"
         for (double const size : {-87.0, -10.0, -1.5, 0.0, 3.0, 10.0, 30.0, 1e30}) {
             CAPTURE(depth);
             CAPTURE(size);
-            Row row = ball(0, 0, depth);
-            for (int axis = 0; axis < 3; ++axis) row.f[scale_0 + axis] = size;
-            try_row(row);
+            Ply ply;
+            ply.rows = rows_around(ball(0, 0, depth));
+            for (int axis = 0; axis < 3; ++axis) ply.rows[3].f[scale_0 + axis] = size;
+            CHECK_FALSE(render_all(read(ply), front()));
         }
     // The near plane as close as it can be.
     Ply ply;
@@ -236,15 +152,4 @@ TEST_CASE("many Gaussians at one point: equal depths, then more than a tile can 
         REQUIRE(map.gaussians.size() == count);
         CHECK(render_all(map, front()) == (count > splat::Lossless::sizes.storage));
     }
-}
-
-TEST_CASE("an empty map renders black")
-{
-    Ply ply;
-    ply.rows.clear();
-    auto const map = read(ply);
-    CHECK_FALSE(render_all(map, front()));
-    auto const renderer = renderer_of(map, {.grid = {4, 3}, .arithmetic = splat::Arithmetic::precise});
-    auto const frame = renderer->render(front());
-    for (float v : frame.image.rgb) REQUIRE(v == 0.0f);
 }

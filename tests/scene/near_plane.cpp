@@ -57,12 +57,10 @@ TEST_CASE("the near plane is a tenth of the median depth of what the picture sho
 
 TEST_CASE("cameras that name a near plane keep it")
 {
-    auto const path = std::filesystem::temp_directory_path() / "tilemesh_near_plane.json";
     std::string const rest = R"("width": 64, "height": 48, "fx": 40, "fy": 40, "cx": 32, "cy": 24,
         "world_to_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]})";
-    std::ofstream(path) << R"({"cameras": [{"name": "a", "near": 0.15, )" << rest << R"(, {"name": "b", )" << rest << "]}";
-    auto cameras = scene::load_cameras(path);
-    std::filesystem::remove(path);
+    std::istringstream file(R"({"cameras": [{"name": "a", "near": 0.15, )" + rest + R"(, {"name": "b", )" + rest + "]}");
+    auto cameras = scene::read_cameras_json(file, "cameras.json");
     REQUIRE(cameras.size() == 2);
     CHECK(cameras[0].names_near);
     CHECK_FALSE(cameras[1].names_near);

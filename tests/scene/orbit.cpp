@@ -17,8 +17,7 @@ namespace {
 /// A Gaussian of one centimetre at a point.
 splat::Gaussian at(float x, float y, float z, float log_scale = -4.6f)
 {
-    return {{x, y, z},           {1, 1, 1}, 1.0f, {1, 0, 0, 0}, {log_scale, log_scale, log_scale},
-            splat::GaussianId{1}};
+    return {{x, y, z}, {1, 1, 1}, 1.0f, {1, 0, 0, 0}, {log_scale, log_scale, log_scale}, splat::GaussianId{1}};
 }
 
 scene::Map map_of(std::vector<splat::Gaussian> gaussians)
@@ -30,12 +29,8 @@ scene::Map map_of(std::vector<splat::Gaussian> gaussians)
 
 bool finite(splat::Camera const& c)
 {
-    for (auto const& row : c.rotation)
-        for (float value : row)
-            if (!std::isfinite(value)) return false;
-    for (float value : c.position)
-        if (!std::isfinite(value)) return false;
-    return std::isfinite(c.fx) && c.fx > 0.0f && c.near_depth > 0.0f;
+    auto const all = [](float const (&values)[3]) { return std::all_of(values, values + 3, [](float v) { return std::isfinite(v); }); };
+    return std::all_of(c.rotation, c.rotation + 3, all) && all(c.position) && std::isfinite(c.fx) && c.fx > 0.0f && c.near_depth > 0.0f;
 }
 
 /// The share of a map's means that a camera shows.
@@ -53,8 +48,7 @@ double share_shown(splat::Camera const& camera, scene::Map const& map)
 
 splat::Camera tilted()
 {
-    return scene::make_camera(scene::look_at({0.3, -1.0, -2.0}, {0.1, 0.2, 1.0}),
-                              scene::lens_from_field_of_view(60, {1280, 720}));
+    return scene::make_camera(scene::look_at({0.3, -1.0, -2.0}, {0.1, 0.2, 1.0}), scene::lens_from_field_of_view(60, {1280, 720}));
 }
 
 } // namespace
@@ -74,8 +68,7 @@ TEST_CASE("an orbit begins at its start and keeps distance, height and target")
         CHECK(c.near_depth == start.near_depth);
     }
     // 48 frames are a whole turn; 12 a quarter, to the left of a camera that looks along +z.
-    for (int i = 0; i < 3; ++i)
-        CHECK(std::fabs(cameras[48].position[i] - start.position[i]) < 1e-5f);
+    for (int i = 0; i < 3; ++i) CHECK(std::fabs(cameras[48].position[i] - start.position[i]) < 1e-5f);
     CHECK(cameras[12].position[0] == doctest::Approx(0.1 - 3.0).epsilon(1e-5));
     CHECK(cameras[12].position[2] == doctest::Approx(1.0 - 0.2).epsilon(1e-5));
     CHECK_FALSE(splat::same_view(cameras[1], start));
@@ -84,17 +77,17 @@ TEST_CASE("an orbit begins at its start and keeps distance, height and target")
     for (double const degrees : {1e308, -1.1e9, std::numeric_limits<double>::quiet_NaN()})
         CHECK(has(error_of([&] { scene::orbit(start, target, degrees, 1); }), "degrees a frame cannot be rendered"));
     CHECK(scene::orbit(start, target, 1.0, 1).size() == 1);
-}
-
-TEST_CASE("the opposite direction meets the same cameras, and no error accumulates")
-{
-    auto const start = tilted();
-    glm::dvec3 const target{0, 0, 1};
-    auto const a = scene::orbit(start, target, -30.0, 2)[1],
-               b = scene::orbit(start, target, 330.0, 2)[1];
+    // The opposite direction meets the same cameras, and no error accumulates.
+    glm::dvec3 const ahead{0, 0, 1};
+    auto const a = scene::orbit(start, ahead, -30.0, 2)[1], b = scene::orbit(start, ahead, 330.0, 2)[1];
     for (int i = 0; i < 3; ++i) CHECK(std::fabs(a.position[i] - b.position[i]) < 1e-6f);
-    CHECK(splat::same_view(scene::orbit(start, target, 0.5, 21)[20],
-                           scene::orbit(start, target, 10.0, 2)[1]));
+    CHECK(splat::same_view(scene::orbit(start, ahead, 0.5, 21)[20], scene::orbit(start, ahead, 10.0, 2)[1]));
+    // Steps of any size that is taken stay finite.
+    for (double degrees : {1e9, -1e9, 1e8 / 3, 5e-324})
+        for (auto const& camera : scene::orbit(scene::built_in_camera({64, 48}), {0, 0, 0}, degrees, 5)) {
+            CHECK(finite(camera));
+            for (int i = 0; i < 3; ++i) CHECK(std::abs(camera.rotation[i][0]) <= 1.0f);
+        }
 }
 
 TEST_CASE("the recorded orbit is an orbit of this library")
@@ -111,8 +104,7 @@ TEST_CASE("the recorded orbit is an orbit of this library")
         auto const pose = scene::pose_of(ours[k]);
         CAPTURE(k);
         CHECK(glm::length(pose.position - recorded[k].pose.position) < 1e-3);
-        for (int i = 0; i < 3; ++i)
-            CHECK(glm::length(pose.rotation[i] - recorded[k].pose.rotation[i]) < 1e-3);
+        for (int i = 0; i < 3; ++i) CHECK(glm::length(pose.rotation[i] - recorded[k].pose.rotation[i]) < 1e-3);
     }
 }
 
@@ -120,8 +112,7 @@ TEST_CASE("the robust centre is the median, not the mean")
 {
     CHECK(scene::robust_centre({}) == glm::dvec3{0.0});
     CHECK(scene::robust_centre(map_of({at(1, 2, 3)})) == glm::dvec3{1, 2, 3});
-    CHECK(scene::robust_centre(map_of({at(1, 5, 3), at(2, 4, 1e30f), at(-1e30f, 6, 2)})) ==
-          glm::dvec3{1, 5, 3});
+    CHECK(scene::robust_centre(map_of({at(1, 5, 3), at(2, 4, 1e30f), at(-1e30f, 6, 2)})) == glm::dvec3{1, 5, 3});
     CHECK(scene::robust_centre(map_of({at(1, 0, 0), at(2, 0, 0)})).x == 2.0);
 }
 
@@ -129,9 +120,8 @@ TEST_CASE("a framed map is in the picture, outliers or not")
 {
     scene::Map map;
     for (int i = 0; i < 1000; ++i)
-        map.gaussians.push_back(at(0.01f * static_cast<float>(i % 10),
-                                   0.01f * static_cast<float>(i / 10 % 10),
-                                   5.0f + 0.01f * static_cast<float>(i / 100)));
+        map.gaussians.push_back(
+            at(0.01f * static_cast<float>(i % 10), 0.01f * static_cast<float>(i / 10 % 10), 5.0f + 0.01f * static_cast<float>(i / 100)));
     auto const camera = scene::frame_whole(map, {1280, 720});
     CHECK(share_shown(camera, map) == 1.0);
     CHECK(camera.width == 1280);
@@ -141,13 +131,10 @@ TEST_CASE("a framed map is in the picture, outliers or not")
     CHECK(camera.position[2] < 5.0f);
 
     // It fills the picture: the wall is a tenth of a metre high.
-    auto const top = to_pixel(camera, {0.045, 0.0, 5.0}),
-               bottom = to_pixel(camera, {0.045, 0.09, 5.0});
-    CHECK(bottom.y - top.y > 0.3 * 720);
+    CHECK(to_pixel(camera, {0.045, 0.09, 5.0}).y - to_pixel(camera, {0.045, 0.0, 5.0}).y > 0.3 * 720);
 
     auto with_outliers = map;
-    for (int i = 0; i < 40; ++i)
-        with_outliers.gaussians.push_back(at(1e20f, -1e20f, i % 2 ? -1e20f : 1e20f));
+    for (int i = 0; i < 40; ++i) with_outliers.gaussians.push_back(at(1e20f, -1e20f, i % 2 ? -1e20f : 1e20f));
     auto const robust = scene::frame_whole(with_outliers, {1280, 720});
     CHECK(share_shown(robust, map) == 1.0);
     CHECK(std::fabs(robust.position[2] - camera.position[2]) < 0.1f);
@@ -157,19 +144,11 @@ TEST_CASE("any map can be framed, in any shape of picture")
 {
     float const huge = std::numeric_limits<float>::max();
     std::vector<scene::Map> const maps{
-        map_of({}),
-        map_of({at(1, 2, 3)}),
-        map_of({at(1, 2, 3), at(1, 2, 3), at(1, 2, 3)}),
-        map_of({at(1, 2, 3, -87.0f), at(1, 2, 3, -87.0f)}),
-        map_of({at(1e6f, -1e6f, 1e6f, -20.0f)}),
-        map_of({at(0, 0, 0, -30.0f)}),
-        map_of({at(-1, 0, 0), at(1, 0, 0)}),
-        map_of({at(huge, huge, huge), at(-huge, -huge, -huge)}),
-        map_of({at(0, 0, 0, 200.0f)}),
-    };
+        map_of({}), map_of({at(1, 2, 3)}), map_of({at(1, 2, 3), at(1, 2, 3), at(1, 2, 3)}), map_of({at(1, 2, 3, -87.0f), at(1, 2, 3, -87.0f)}),
+        map_of({at(1e6f, -1e6f, 1e6f, -20.0f)}), map_of({at(0, 0, 0, -30.0f)}), map_of({at(-1, 0, 0), at(1, 0, 0)}),
+        map_of({at(huge, huge, huge), at(-huge, -huge, -huge)}), map_of({at(0, 0, 0, 200.0f)})};
     for (std::size_t i = 0; i < maps.size(); ++i)
-        for (scene::Size const size :
-             {scene::Size{1280, 720}, scene::Size{100, 1000}, scene::Size{1, 1}}) {
+        for (scene::Size const size : {scene::Size{1280, 720}, scene::Size{100, 1000}, scene::Size{1, 1}}) {
             CAPTURE(i);
             auto const camera = scene::frame_whole(maps[i], size);
             CHECK(finite(camera));
@@ -177,23 +156,9 @@ TEST_CASE("any map can be framed, in any shape of picture")
             if (i > 0 && i < 6) CHECK(share_shown(camera, maps[i]) == 1.0);
         }
     CHECK(has(error_of([&] { scene::frame_whole(maps[1], {0, 0}); }), "0 x 0"));
-}
-
-TEST_CASE("the near plane follows the map down")
-{
+    // The near plane follows the map down.
     CHECK(scene::frame_whole(map_of({at(0, 0, 0, 0.0f)}), {64, 64}).near_depth == 0.2f);
     CHECK(scene::frame_whole(map_of({at(0, 0, 0, -9.0f)}), {64, 64}).near_depth < 1e-3f);
-}
-
-TEST_CASE("an orbit of any step that is taken stays finite")
-{
-    auto const start = scene::built_in_camera({64, 48});
-    for (double degrees : {1e9, -1e9, 1e8 / 3, 5e-324})
-        for (auto const& camera : scene::orbit(start, {0, 0, 0}, degrees, 5))
-            for (int i = 0; i < 3; ++i) {
-                CHECK(std::isfinite(camera.position[i]));
-                CHECK(std::abs(camera.rotation[i][0]) <= 1.0f);
-            }
 }
 
 TEST_CASE("a camera stands upright in a map with any direction up")
@@ -237,13 +202,9 @@ TEST_CASE("a camera stands upright in a map with any direction up")
 TEST_CASE("the camera of a reduced photograph sees the whole view in other pixels")
 {
     auto const camera = scene::make_camera({}, {500, 510, 321, 239, 0.2f, 641, 479});
-    auto const half = scene::stretched(camera, {320, 240});
-    CHECK(half.width == 320);
-    CHECK(half.height == 240);
-    CHECK(half.fx == static_cast<float>(500.0 * 320 / 641));
-    CHECK(half.fy == static_cast<float>(510.0 * 240 / 479));
-    CHECK(half.cx == static_cast<float>(321.0 * 320 / 641));
-    CHECK(half.cy == static_cast<float>(239.0 * 240 / 479));
+    auto const x = [](double v) { return static_cast<float>(v * 320 / 641); };
+    auto const y = [](double v) { return static_cast<float>(v * 240 / 479); };
+    check_lens(scene::stretched(camera, {320, 240}), 320, 240, x(500), y(510), x(321), y(239));
     CHECK(splat::same_view(camera, scene::stretched(camera, {641, 479})));
     CHECK(has(error_of([&] { scene::stretched(camera, {0, 4}); }), "0 x 4"));
 

@@ -1,13 +1,7 @@
 #pragma once
-#include <algorithm>
+#include "support.hpp"
 #include <charconv>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <sstream>
-#include <string>
 #include <tilemesh/scene/ply.hpp>
-#include <vector>
 
 // Shared by the tests of PLY files: small files, written in every format.
 namespace scene_test {
@@ -32,8 +26,7 @@ void put(std::string& bytes, T value, std::string const& format = little)
 {
     if (format == ascii) {
         char text[64];
-        auto const end = sizeof value == 1 ? std::to_chars(text, text + 64, static_cast<int>(value)).ptr
-                                           : std::to_chars(text, text + 64, value).ptr;
+        auto const end = sizeof value == 1 ? std::to_chars(text, text + 64, static_cast<int>(value)).ptr : std::to_chars(text, text + 64, value).ptr;
         bytes.append(text, end).append(1, ' ');
         return;
     }
@@ -107,13 +100,13 @@ private:
     }
 };
 
-/// Rows that differ in every field.
+/// Rows that differ in every field, with numbers that a float holds.
 inline Ply several(std::size_t rows)
 {
     Ply ply;
     ply.rows.resize(rows);
     for (std::size_t i = 0; i < rows; ++i)
-        for (int k = 0; k < 14; ++k) ply.rows[i].f[k] = 0.3 * static_cast<double>(i) + 0.125 * k;
+        for (int k = 0; k < 14; ++k) ply.rows[i].f[k] = 0.25 * static_cast<double>(i) + 0.125 * k;
     return ply;
 }
 
@@ -155,6 +148,14 @@ inline tilemesh::scene::Map read(std::string const& bytes, std::string const& na
 inline tilemesh::scene::Map read(Ply const& ply)
 {
     return read(ply.bytes());
+}
+inline std::string refusal(std::string const& bytes, std::string const& name = "test.ply")
+{
+    return error_of([&] { read(bytes, name); });
+}
+inline std::string refusal(Ply const& ply)
+{
+    return refusal(ply.bytes());
 }
 
 inline bool same_records(tilemesh::scene::Map const& a, tilemesh::scene::Map const& b)

@@ -73,12 +73,11 @@ TEST_CASE("each picture has the nearest depth, no depth is used twice, and none 
     CHECK(shared[0].depth.file.empty());
     CHECK(shared[1].depth.seconds == 1.006);
 
-    unsigned state = 1;
-    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+    tests::Random random(1);
     for (int trial = 0; trial < 200; ++trial) {
         auto const times = [&] {
-            std::vector<double> t;
-            for (unsigned n = random() % 20; n-- > 0;) t.push_back(random() % 64 / 256.0); // many ties
+            std::vector<double> t(random.below(20));
+            for (double& time : t) time = random.below(64) / 256.0; // many ties
             std::sort(t.begin(), t.end());
             return t;
         };
@@ -102,39 +101,33 @@ TEST_CASE("each picture has the nearest depth, no depth is used twice, and none 
 
 TEST_CASE("a folder has associations.txt, or rgb.txt with or without depth.txt; names start there")
 {
-    namespace fs = std::filesystem;
-    TempFile const mark("", ".folder");
-    fs::path const folder = fs::path(mark.path()).concat("_d");
-    fs::create_directory(folder);
-    auto const write = [&](char const* name, std::string const& text) { std::ofstream(folder / name) << text; };
+    TempFolder const place;
+    auto const& folder = place.path();
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "is no sequence (it has neither associations.txt nor rgb.txt)"));
-    write("rgb.txt", "1 rgb/1.png\n2 rgb/2.png\n");
+    place.write("rgb.txt", "1 rgb/1.png\n2 rgb/2.png\n");
     CHECK(scene::load_rgbd(folder)[1].colour.file == folder / "rgb/2.png");
     CHECK(scene::load_rgbd(folder)[1].depth.file.empty());
-    write("depth.txt", "2.01 depth/2.png\n");
+    place.write("depth.txt", "2.01 depth/2.png\n");
     CHECK(scene::load_rgbd(folder)[1].depth.file == folder / "depth/2.png");
     CHECK(scene::load_rgbd(folder)[0].depth.file.empty());
-    write("associations.txt", "5 rgb/5.png 5 depth/5.png\n");
+    place.write("associations.txt", "5 rgb/5.png 5 depth/5.png\n");
     CHECK(scene::load_rgbd(folder).size() == 1);
     CHECK(scene::load_rgbd(folder / "rgb.txt").size() == 2);
     CHECK(has(error_of([&] { scene::load_rgbd(folder / "none.txt"); }), "no such file"));
-    write("depth.txt", "");
-    fs::remove(folder / "associations.txt");
+    place.write("depth.txt", "");
+    std::filesystem::remove(folder / "associations.txt");
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "depth.txt lists no picture"));
-    fs::remove_all(folder);
 }
 
 TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and which depths are far from their picture")
 {
-    namespace fs = std::filesystem;
     TempFile const list("", ".txt");
     auto const notes_of = [&](std::string const& text, std::optional<double> within = scene::most_seconds_apart) {
         std::ofstream(list.path()) << text;
-        std::vector<std::string> notes;
+        Lines notes;
         scene::load_rgbd(list.path(), within, &notes);
         return notes;
     };
-    using Lines = std::vector<std::string>;
     CHECK(notes_of("1 a.png 1.02 a.depth.png\n2 b.png 1.99 b.depth.png\n") == Lines{});
     CHECK(notes_of("1311868164.363400 a.png 1311868164.383400 d.png\n") == Lines{});
     CHECK(notes_of("1 a.png\n2.5 b.png\n") == Lines{"0 of 2 pictures have a depth"});
@@ -149,45 +142,29 @@ TEST_CASE("notes say the unit of stamps, how many pictures have a depth, and whi
     CHECK(notes_of(three, 98) == Lines{});
     CHECK(notes_of(three, {}) == Lines{});
     CHECK(notes_of("1305031102175304 a.png 1305031102180304 d.png\n") == Lines{"time stamps are read as microseconds"});
-    unsigned state = 5;
-    auto const random = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
-    for (int trial = 0; trial < 100; ++trial) {
-        std::string text;
-        std::size_t far = 0;
-        for (unsigned i = 0; i < 20; ++i) {
-            unsigned const apart = random() % 64; // of 256 a second: 5 are 0.0195 s
-            far += apart > 5 ? 1 : 0;
-            text += std::to_string(i) + " c.png " + std::to_string(i + apart / 256.0) + " d.png\n";
-        }
-        auto const notes = notes_of(text);
-        REQUIRE(notes.size() == (far == 0 ? 0u : 1u));
-        if (far != 0) CHECK(has(notes[0], "0.02 s away: " + std::to_string(far) + ","));
-    }
+    // 5 / 256 s is within 0.02 s, and 6 / 256 s is not.
+    CHECK(notes_of("1 a.png 1.01953125 d.png\n2 b.png 2.0234375 d.png\n") ==
+          Lines{"pictures whose depth is more than 0.02 s away: 1, the furthest is 0.0234375 s away, of the picture at 2"});
 }
 
 TEST_CASE("stamps in any unit give the same frames, and backslashes are read as slashes")
 {
-    namespace fs = std::filesystem;
-    auto const folder = fs::temp_directory_path() / "tilemesh_units";
-    fs::create_directory(folder);
-    struct Unit {
-        double per_second;
-        char const* name;
-    };
+    TempFolder const place;
+    auto const& folder = place.path();
     for (double const start : {0.0, 1305031102.175})
-        for (auto const& [per_second, name] : {Unit{1.0, ""}, Unit{1e3, "milliseconds"}, Unit{1e6, "microseconds"}, Unit{1e9, "nanoseconds"}}) {
+        for (auto const& [per_second, name] : {std::pair{1.0, ""}, {1e3, "milliseconds"}, {1e6, "microseconds"}, {1e9, "nanoseconds"}}) {
             if (start == 0.0 && per_second == 1e3) continue; // 33 units a picture: nothing tells them from seconds
             std::string colour, depth;
             for (int i = 0; i < 5; ++i) {
-                auto const stamp = [&](double seconds) { return per_second == 1.0 ? number_text(seconds) : decimals(seconds * per_second, 0); };
+                auto const stamp = [unit = per_second](double seconds) { return unit == 1.0 ? number_text(seconds) : decimals(seconds * unit, 0); };
                 colour += stamp(start + 0.033 * i) + " rgb\\" + std::to_string(i) + ".png\n";
                 depth += stamp(start + 0.033 * i + 0.005) + " depth\\sub\\" + std::to_string(i) + ".png\n";
             }
-            std::ofstream(folder / "rgb.txt") << colour;
-            std::ofstream(folder / "depth.txt") << depth;
-            std::vector<std::string> notes;
+            place.write("rgb.txt", colour);
+            place.write("depth.txt", depth);
+            Lines notes;
             auto const out = scene::load_rgbd(folder, scene::most_seconds_apart, &notes);
-            CHECK(notes == (per_second == 1.0 ? std::vector<std::string>{} : std::vector{"time stamps are read as " + std::string(name)}));
+            CHECK(notes == (per_second == 1.0 ? Lines{} : std::vector{"time stamps are read as " + std::string(name)}));
             REQUIRE(out.size() == 5);
             for (std::size_t i = 0; i < 5; ++i) {
                 CHECK(std::fabs(out[i].colour.seconds - start - 0.033 * static_cast<double>(i)) < 1e-3);
@@ -196,14 +173,13 @@ TEST_CASE("stamps in any unit give the same frames, and backslashes are read as 
             }
         }
     // Depths that are 30 ms late.
-    std::ofstream(folder / "rgb.txt") << "1305031102.1 a.png\n1305031102.2 b.png\n";
-    std::ofstream(folder / "depth.txt") << "1305031102.13 c.png\n1305031102.23 d.png\n";
+    place.write("rgb.txt", "1305031102.1 a.png\n1305031102.2 b.png\n");
+    place.write("depth.txt", "1305031102.13 c.png\n1305031102.23 d.png\n");
     CHECK(has(error_of([&] { scene::load_rgbd(folder); }), "has a depth (0.02 s from a picture to its depth are allowed, and the nearest is 0.03 s away); allow more with --depth-within"));
     CHECK(scene::load_rgbd(folder, 0.03)[1].depth.file == folder / "d.png");
     CHECK(scene::load_rgbd(folder, {})[1].depth.file.empty());
-    std::ofstream(folder / "depth.txt") << "1305031102.21 d.png\n";
-    std::vector<std::string> notes;
+    place.write("depth.txt", "1305031102.21 d.png\n");
+    Lines notes;
     scene::load_rgbd(folder, 0.02, &notes);
-    CHECK(notes == std::vector<std::string>{"1 of 2 pictures have a depth"});
-    fs::remove_all(folder);
+    CHECK(notes == Lines{"1 of 2 pictures have a depth"});
 }

@@ -1,9 +1,9 @@
 #pragma once
 #include "../standard.hpp"
 #include <atomic>
-#include "../standard.hpp"
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <sys/stat.h>
 #include <system_error>
 #include <tilemesh/splat/camera.hpp>
 
@@ -11,6 +11,7 @@
 namespace scene_test {
 
 using tests::fast;
+using Lines = std::vector<std::string>;
 
 /// A file with these bytes in the temporary folder; gone at the end of its scope.
 class TempFile {
@@ -18,11 +19,10 @@ public:
     TempFile(std::string const& bytes, std::string const& extension)
     {
         static std::atomic<unsigned> counter{0};
-        static auto const run =
-            static_cast<unsigned long long>(std::filesystem::file_time_type::clock::now().time_since_epoch().count());
+        static auto const run = static_cast<unsigned long long>(std::filesystem::file_time_type::clock::now().time_since_epoch().count());
         path_ = std::filesystem::temp_directory_path() /
-                ("tilemesh_scene_" + std::to_string(run) + "_" +
-                 std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" + std::to_string(counter++) + extension);
+                ("tilemesh_scene_" + std::to_string(run) + "_" + std::to_string(reinterpret_cast<std::uintptr_t>(&counter)) + "_" +
+                 std::to_string(counter++) + extension);
         std::ofstream(path_, std::ios::binary) << bytes;
     }
     ~TempFile()
@@ -37,6 +37,31 @@ public:
 
 private:
     std::filesystem::path path_;
+};
+
+/// A folder that removes itself, with all that lies in it.
+class TempFolder {
+public:
+    explicit TempFolder(std::string const& extension = "_folder") : place_("", extension)
+    {
+        std::filesystem::remove(place_.path());
+        std::filesystem::create_directory(place_.path());
+    }
+    ~TempFolder()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(place_.path(), ignored);
+    }
+    std::filesystem::path const& path() const { return place_.path(); }
+    std::filesystem::path write(std::string const& name, std::string const& bytes) const
+    {
+        std::filesystem::create_directories((path() / name).parent_path());
+        std::ofstream(path() / name, std::ios::binary) << bytes;
+        return path() / name;
+    }
+
+private:
+    TempFile place_;
 };
 
 /// A file of the real data set, from the folder that the environment variable TILEMESH_DATA or the build's option of that name gives. If it
@@ -77,14 +102,54 @@ inline bool has(std::string const& text, std::string const& part)
     return found;
 }
 
+/// A text with another one in place of the first `part`.
+inline std::string replaced(std::string text, std::string const& part, std::string const& other)
+{
+    auto const at = text.find(part);
+    REQUIRE(at != text.npos);
+    return text.replace(at, part.size(), other);
+}
+
+/// Has a map, or what else has notes, a note with this text?
+template <class Noted>
+bool notes_have(Noted const& noted, std::string const& part)
+{
+    return std::any_of(noted.notes.begin(), noted.notes.end(), [&](std::string const& note) { return note.find(part) != note.npos; });
+}
+
+/// What `load` says of a missing file, a folder, a device and a pipe: only regular files are opened, so that nothing blocks.
+template <class Load>
+void check_that_only_files_are_opened(Load const& load, char const* of_folder = "directory")
+{
+    TempFolder const folder;
+    auto const refused = [&](std::filesystem::path const& path, char const* why) { return has(error_of([&] { load(path); }), why); };
+    CHECK(refused(folder.path() / "none", "no such file"));
+    CHECK(refused(folder.path(), of_folder));
+    CHECK(refused("/dev/zero", "a pipe or a device"));
+    REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+    CHECK(refused(folder.path() / "pipe", "a pipe or a device"));
+}
+
+/// Checks a lens number by number.
+inline void check_lens(tilemesh::splat::Camera const& c, std::uint32_t width, std::uint32_t height, float fx, float fy, float cx, float cy,
+                       float near = 0.2f)
+{
+    CHECK(c.width == width);
+    CHECK(c.height == height);
+    CHECK(c.fx == fx);
+    CHECK(c.fy == fy);
+    CHECK(c.cx == cx);
+    CHECK(c.cy == cy);
+    CHECK(c.near_depth == near);
+}
+
 /// R (p - c) in double precision.
 inline glm::dvec3 to_view(tilemesh::splat::Camera const& camera, glm::dvec3 p)
 {
     glm::dvec3 view{0.0};
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
-            view[row] += static_cast<double>(camera.rotation[row][column]) *
-                         (p[column] - static_cast<double>(camera.position[column]));
+            view[row] += static_cast<double>(camera.rotation[row][column]) * (p[column] - static_cast<double>(camera.position[column]));
     return view;
 }
 

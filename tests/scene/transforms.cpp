@@ -31,8 +31,7 @@ json file_of(std::vector<json> const& frames, json const& beside = lens)
     file["frames"] = frames;
     return file;
 }
-std::vector<scene::NamedCamera> read(std::string const& text, std::vector<std::string>* notes = nullptr,
-                                     scene::DistortedLens distorted = scene::DistortedLens::refused)
+std::vector<scene::NamedCamera> read(std::string const& text, Lines* notes = nullptr, scene::DistortedLens distorted = scene::DistortedLens::refused)
 {
     std::istringstream stream(text);
     return scene::read_cameras_json(stream, "t.json", notes, distorted);
@@ -60,13 +59,7 @@ TEST_CASE("a transforms.json is read field by field; its cameras look along -z w
     CHECK(cameras[0].name == "images/a.png");
     CHECK(cameras[1].name == "b");
     auto const& c = cameras[0].camera;
-    CHECK(c.width == 640);
-    CHECK(c.height == 480);
-    CHECK(c.fx == 500.0f);
-    CHECK(c.fy == 510.0f);
-    CHECK(c.cx == 320.5f);
-    CHECK(c.cy == 239.5f);
-    CHECK(c.near_depth == 0.2f);
+    check_lens(c, 640, 480, 500, 510, 320.5f, 239.5f);
     // x stays; y points down, so against the world's y; z points forward, against the world's z.
     float const upright[3][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
     // Turned by a quarter about y: the camera's right is the world's -z, it looks along the world's -x.
@@ -91,24 +84,16 @@ TEST_CASE("a frame's lens replaces the file's, field by field, wherever the file
         auto const cameras = read(text);
         REQUIRE(cameras.size() == 2);
         CHECK(cameras[0].camera.width == 640);
-        CHECK(cameras[1].camera.width == 320);
-        CHECK(cameras[1].camera.height == 480);
-        CHECK(cameras[1].camera.fx == 250.0f);
-        CHECK(cameras[1].camera.fy == 510.0f);
-        CHECK(cameras[1].camera.cx == 11.0f);
-        CHECK(cameras[1].camera.cy == 239.5f);
+        check_lens(cameras[1].camera, 320, 480, 250, 510, 11, 239.5f);
     }
 }
 
 TEST_CASE("what a lens leaves out follows from the rest")
 {
     auto const camera = [](json const& beside) { return read(file_of({frame("a")}, beside).dump()).at(0).camera; };
-    auto c = camera({{"w", 640}, {"h", 480}, {"fl_x", 500}});
-    CHECK(c.fy == 500.0f);
-    CHECK(c.cx == 320.0f);
-    CHECK(c.cy == 240.0f);
+    check_lens(camera({{"w", 640}, {"h", 480}, {"fl_x", 500}}), 640, 480, 500, 500, 320, 240);
     double const right_angle = std::acos(0.0);
-    c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}}); // half a side is as long as the focal length
+    auto c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}}); // half a side is as long as the focal length
     CHECK(c.fx == doctest::Approx(320.0));
     CHECK(c.fy == c.fx);
     c = camera({{"w", 640}, {"h", 480}, {"camera_angle_x", right_angle}, {"camera_angle_y", right_angle}});
@@ -136,9 +121,9 @@ TEST_CASE("coefficients of 0 are a pinhole; others, and fisheyes, are refused or
         auto all = lens;
         all.update(more);
         CHECK(has(refusal(file_of({frame("a")}, all)), "t.json frame a has a lens with distortion ("));
-        std::vector<std::string> notes;
+        Lines notes;
         CHECK(read(file_of({frame("a"), frame("b")}, all).dump(), &notes, scene::DistortedLens::ignored).size() == 2);
-        CHECK(notes == std::vector<std::string>{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
+        CHECK(notes == Lines{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
     }
     // A frame's coefficient replaces the file's.
     auto all = lens;
@@ -171,12 +156,12 @@ TEST_CASE("the lens of a frame is that of the file but for the frame's own keys"
 TEST_CASE("the other forms ignore distortion on demand, too")
 {
     std::string const pose = R"("width":9,"height":9,"fx":9,"fy":9,"cx":4,"cy":4,"world_to_camera":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])";
-    std::vector<std::string> notes;
+    Lines notes;
     CHECK(read(R"({"cameras":[{"name":"a",)" + pose + R"(,"k1":0.1},{"name":"b",)" + pose + "}]}", &notes, scene::DistortedLens::ignored).size() == 2);
-    CHECK(notes == std::vector<std::string>{"1 camera has a lens with distortion, which is ignored: the picture is a pinhole's"});
+    CHECK(notes == Lines{"1 camera has a lens with distortion, which is ignored: the picture is a pinhole's"});
     notes.clear();
     CHECK(read(R"({"k1":1,"cameras":[{"name":"a",)" + pose + R"(},{"name":"b",)" + pose + "}]}", &notes, scene::DistortedLens::ignored).size() == 2);
-    CHECK(notes == std::vector<std::string>{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
+    CHECK(notes == Lines{"2 cameras have a lens with distortion, which is ignored: the picture is a pinhole's"});
 }
 
 TEST_CASE("the fault of a frame is named")
@@ -222,12 +207,12 @@ TEST_CASE("keys of frames that are not read are named, except those that say not
 {
     auto f = frame("a");
     f.update({{"exposure", 1}, {"sharpness", 2}, {"depth_file_path", "d"}, {"mask_path", "m"}, {"colmap_im_id", 4}});
-    std::vector<std::string> notes;
+    Lines notes;
     auto file = file_of({f, frame("b")});
     file["aabb_scale"] = 16;
     file["ply_file_path"] = "points.ply";
     read(file.dump(), &notes);
-    CHECK(notes == std::vector<std::string>{"1 camera has \"depth_file_path\", which is not read", "1 camera has \"exposure\", which is not read"});
+    CHECK(notes == Lines{"1 camera has \"depth_file_path\", which is not read", "1 camera has \"exposure\", which is not read"});
 }
 
 TEST_CASE("a field of view that contradicts the focal length is noted; one that agrees is not")
@@ -235,13 +220,12 @@ TEST_CASE("a field of view that contradicts the focal length is noted; one that 
     auto const notes_of = [](json const& more) {
         auto file = file_of({frame("a"), frame("b")});
         file["frames"][1].update(more);
-        std::vector<std::string> notes;
+        Lines notes;
         read(file.dump(), &notes);
         return notes;
     };
     auto const file = file_of({frame("a")});
     double const side = file["w"], focal = file["fl_x"], angle = 2 * std::atan(0.5 * side / focal);
-    using Lines = std::vector<std::string>;
     CHECK(notes_of({{"camera_angle_x", angle}}) == Lines{});
     CHECK(notes_of({{"camera_angle_x", std::round(angle * 1e5) / 1e5}}) == Lines{});
     CHECK(notes_of({{"camera_angle_x", "wide"}}) == Lines{});
@@ -253,7 +237,7 @@ TEST_CASE("a field of view that contradicts the focal length is noted; one that 
 TEST_CASE("masks and the lists of views are read; a frame of no list is left out, and a name of no frame is noted")
 {
     using scene::Split;
-    auto const splits = [](json const& lists, std::vector<std::string>* notes = nullptr) {
+    auto const splits = [](json const& lists, Lines* notes = nullptr) {
         auto file = file_of({frame("a"), frame("./b"), frame("c\\d"), frame("e")});
         file.update(lists);
         std::vector<Split> out;
@@ -261,7 +245,7 @@ TEST_CASE("masks and the lists of views are read; a frame of no list is left out
         return out;
     };
     auto const u = Split::unsaid, t = Split::training, h = Split::held_out, n = Split::unused;
-    std::vector<std::string> notes;
+    Lines notes;
     CHECK(splits(json::object()) == std::vector{u, u, u, u});
     CHECK(splits({{"train_filenames", {"a", "b"}}, {"test_filenames", {"c/d"}}}) == std::vector{t, t, h, n});
     CHECK(splits({{"train_filenames", {"a", "b"}}, {"val_filenames", {".\\b", "e"}}}) == std::vector{t, h, n, h});
@@ -270,11 +254,10 @@ TEST_CASE("masks and the lists of views are read; a frame of no list is left out
     CHECK(splits({{"train_filenames", {"a", "b", "c/d", "e"}}, {"test_filenames", json::array()}}) == std::vector{u, u, u, u});
     CHECK(notes.empty());
     CHECK(splits({{"test_filenames", {"e", "f"}}}, &notes) == std::vector{t, t, t, h});
-    CHECK(notes == std::vector<std::string>{"1 of 2 names in train_filenames, test_filenames and val_filenames are of no frame"});
+    CHECK(notes == Lines{"1 of 2 names in train_filenames, test_filenames and val_filenames are of no frame"});
     notes.clear();
     CHECK(splits({{"test_filenames", 3}, {"train_filenames", {"a", 4}}}, &notes) == std::vector{t, h, h, h});
-    CHECK(notes ==
-          std::vector<std::string>{"the file has \"test_filenames\", which is not read", "the file has \"train_filenames\", which is not read"});
+    CHECK(notes == Lines{"the file has \"test_filenames\", which is not read", "the file has \"train_filenames\", which is not read"});
 
     auto masked = frame("b");
     masked["mask_path"] = ".\\masks\\b.png";
@@ -309,26 +292,25 @@ TEST_CASE("cameras that no pinhole replaces are named, with distortion ignored t
 
 TEST_CASE("keys beside the frames that are not read are named, except those that say nothing about the cameras")
 {
-    std::vector<std::string> notes;
+    Lines notes;
     read(R"({"fl_x": 240, "fl_Y": 120, "cx": 160, "cY": 20, "w": 320, "h": 180, "frames": [)" + frame("r.png").dump() + "]}", &notes);
-    CHECK(notes == std::vector<std::string>{"the file has \"fl_Y\", which is not read", "the file has \"cY\", which is not read"});
+    CHECK(notes == Lines{"the file has \"fl_Y\", which is not read", "the file has \"cY\", which is not read"});
     // Any key that is not one of a lens is named, wherever it stands; of many, eight.
-    std::mt19937 random(7);
-    for (std::size_t count : {1u, 3u, 8u, 9u, 20u}) {
-        json file = lens;
-        std::vector<std::string> before, after;
-        for (std::size_t i = 0; i < count; ++i) (random() % 2 != 0 ? before : after).push_back("K" + std::to_string(random() % 1000) + "_" + std::to_string(i));
-        std::string text = "{";
-        for (auto const& key : before) text += "\"" + key + "\":[1,{\"w\":2}],";
-        text += "\"frames\":[" + frame("a").dump() + "]";
-        for (auto const& key : after) text += ",\"" + key + "\":null";
-        notes.clear();
-        read(text + "," + file.dump().substr(1), &notes);
-        REQUIRE(notes.size() == std::min<std::size_t>(count, 9));
-        before.insert(before.end(), after.begin(), after.end());
-        for (std::size_t i = 0; i < std::min<std::size_t>(count, 8); ++i) CHECK(notes[i] == "the file has \"" + before[i] + "\", which is not read");
-        if (count > 8) CHECK(notes[8] == "the file has more keys that are not read");
-    }
+    for (std::size_t count : {1u, 3u, 8u, 9u, 20u})
+        for (std::size_t before_frames : {std::size_t{0}, count / 2, count}) {
+            std::string text = "{";
+            for (std::size_t i = 0; i < count; ++i) {
+                if (i == before_frames) text += "\"frames\":[" + frame("a").dump() + "],";
+                text += "\"K" + std::to_string(i) + "\":" + (i % 2 == 0 ? "[1,{\"w\":2}]," : "null,");
+            }
+            if (before_frames == count) text += "\"frames\":[" + frame("a").dump() + "],";
+            notes.clear();
+            read(text + lens.dump().substr(1), &notes);
+            REQUIRE(notes.size() == std::min<std::size_t>(count, 9));
+            for (std::size_t i = 0; i < std::min<std::size_t>(count, 8); ++i)
+                CHECK(notes[i] == "the file has \"K" + std::to_string(i) + "\", which is not read");
+            if (count > 8) CHECK(notes[8] == "the file has more keys that are not read");
+        }
 }
 
 namespace {
@@ -344,7 +326,7 @@ std::string png_header(std::uint32_t width, std::uint32_t height)
     return "\x89PNG\r\n\x1a\n" + big_endian(13, 4) + "IHDR" + big_endian(width, 4) + big_endian(height, 4) + std::string("\x08\x02\0\0\0", 5);
 }
 /// `before`: segments in front of the frame.
-std::string jpeg_header(std::uint32_t width, std::uint32_t height, char frame_marker, std::vector<std::string> const& before)
+std::string jpeg_header(std::uint32_t width, std::uint32_t height, char frame_marker, Lines const& before)
 {
     std::string out = "\xff\xd8";
     for (auto const& segment : before) out += "\xff\xe1" + big_endian(static_cast<std::uint32_t>(segment.size() + 2), 2) + segment;
@@ -364,7 +346,7 @@ TEST_CASE("the header of a PNG or JPEG says the picture's size; anything else sa
     for (int round = 0; round < 200; ++round) {
         auto const side = [&] { return static_cast<std::uint32_t>(1 + random() % 65535); };
         std::uint32_t const width = side(), height = side();
-        std::vector<std::string> before(random() % 4);
+        Lines before(random() % 4);
         for (auto& segment : before) segment.assign(random() % 60000, static_cast<char>(random()));
         std::string const png = png_header(width, height);
         std::string const jpeg = jpeg_header(width, height, "\xc0\xc1\xc2\xc9"[random() % 4], before);
@@ -388,49 +370,40 @@ TEST_CASE("the header of a PNG or JPEG says the picture's size; anything else sa
 TEST_CASE("a frame without w and h has the size of its picture, or the size that was given")
 {
     namespace fs = std::filesystem;
-    TempFile const place("", "");
-    fs::path const folder = place.path().string() + "_scene";
-    fs::create_directories(folder / "train");
-    auto const write = [&](fs::path const& at, std::string const& bytes) { std::ofstream(folder / at, std::ios::binary) << bytes; };
-    auto const load = [&](json const& file, std::vector<std::string>* notes = nullptr, std::optional<scene::Size> size = {}) {
-        write("transforms.json", file.dump());
-        return scene::load_cameras(folder / "transforms.json", notes, scene::DistortedLens::refused, size);
+    TempFolder const folder;
+    auto const load = [&](json const& file, Lines* notes = nullptr, std::optional<scene::Size> size = {}) {
+        return scene::load_cameras(folder.write("transforms.json", file.dump()), notes, scene::DistortedLens::refused, size);
     };
     double const angle = 2 * std::atan(0.5); // the focal length is the width
+    auto const has_size = [](scene::NamedCamera const& each, std::uint32_t width, std::uint32_t height) {
+        return each.camera.width == width && each.camera.height == height && each.camera.fx == doctest::Approx(width);
+    };
     json const blender = file_of({frame("./train/r_0"), frame("./train/r_1"), frame(".\\train\\r_2.jpg")}, {{"camera_angle_x", angle}});
     CHECK(has(error_of([&] { load(blender); }), "frame train/r_0 is not usable (neither it nor the file has \"w\" and \"h\", and no PNG or JPEG picture"));
-    std::vector<std::string> notes;
+    Lines notes;
     auto given = load(blender, &notes, scene::Size{320, 180});
     REQUIRE(given.size() == 3);
     for (auto const& each : given) {
-        CHECK(each.camera.width == 320);
-        CHECK(each.camera.height == 180);
-        CHECK(each.camera.fx == doctest::Approx(320.0));
+        CHECK(has_size(each, 320, 180));
         CHECK(each.camera.cy == 90.0f);
     }
     CHECK(given[2].name == "train/r_2.jpg");
     REQUIRE(notes.size() == 1);
     CHECK(has(notes[0], "3 cameras have no \"w\" or \"h\": the size is that of the picture"));
-    write("train/r_0.png", png_header(800, 600));
-    write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
-    write("train/r_2.jpg", "not a picture");
+    folder.write("train/r_0.png", png_header(800, 600));
+    folder.write("train/r_1.JPG", jpeg_header(640, 400, '\xc2', {"Exif"}));
+    folder.write("train/r_2.jpg", "not a picture");
     auto const mixed = load(blender, nullptr, scene::Size{320, 180});
     std::vector<fs::path> pictures;
-    scene::load_cameras(folder / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
-    CHECK(pictures == std::vector<fs::path>{folder / "train/r_0.png", folder / "train/r_1.JPG"});
-    CHECK(mixed[0].camera.width == 800);
-    CHECK(mixed[0].camera.height == 600);
-    CHECK(mixed[0].camera.fx == doctest::Approx(800.0));
-    CHECK(mixed[1].camera.width == 640);
-    CHECK(mixed[1].camera.height == 400);
-    CHECK(mixed[2].camera.width == 320);
+    scene::load_cameras(folder.path() / "transforms.json", nullptr, scene::DistortedLens::refused, scene::Size{320, 180}, &pictures);
+    CHECK(pictures == std::vector<fs::path>{folder.path() / "train/r_0.png", folder.path() / "train/r_1.JPG"});
+    CHECK(has_size(mixed[0], 800, 600));
+    CHECK(has_size(mixed[1], 640, 400));
+    CHECK(has_size(mixed[2], 320, 180));
     // What the file says goes first; a missing side alone is the picture's.
     json half = blender;
     half["w"] = 400;
     half["frames"].erase(2);
     auto const sides = load(half);
-    CHECK(sides[0].camera.width == 400);
-    CHECK(sides[0].camera.height == 600);
-    CHECK(sides[0].camera.fx == doctest::Approx(400.0));
-    fs::remove_all(folder);
+    CHECK(has_size(sides[0], 400, 600));
 }

@@ -215,10 +215,11 @@ void torture(std::vector<Case> const& cases)
         auto const step = all || row.last <= few ? 1 : row.last / thinned;
         for (bool const alone : {true, false})
             for (std::uint64_t k = 1; try_one(c, right, k, alone, row); k += step) {}
-        std::printf("%-44s %8llu %8llu %8llu %8llu %10llu %8llu %6llu %6llu\n", c.name.c_str(), static_cast<unsigned long long>(row.last),
-                    static_cast<unsigned long long>(row.runs), static_cast<unsigned long long>(row.right), static_cast<unsigned long long>(row.errors),
-                    static_cast<unsigned long long>(row.no_memory), static_cast<unsigned long long>(row.refused),
-                    static_cast<unsigned long long>(row.wrong), static_cast<unsigned long long>(row.leaks));
+        auto const number = [](std::uint64_t n, int width) { std::printf(" %*llu", width, static_cast<unsigned long long>(n)); };
+        std::printf("%-44s", c.name.c_str());
+        for (auto const n : {row.last, row.runs, row.right, row.errors}) number(n, 8);
+        number(row.no_memory, 10), number(row.refused, 8), number(row.wrong, 6), number(row.leaks, 6);
+        std::printf("\n");
         std::fflush(stdout);
         CHECK(row.wrong == 0);
         CHECK(row.leaks == 0);

@@ -3,14 +3,6 @@
 #include "../scene/map_writers.hpp"
 #include "cloud.hpp"
 #include "failing.hpp"
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <sstream>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
@@ -76,44 +68,36 @@ public:
     }
     ~Files() override { fs::remove_all(folder_); }
     void act() override { write_(folder_); }
-    /// For each file: its name, its number of bytes, and its bytes.
     std::string result() override
     {
         std::string all;
-        for (auto const& [name, text] : files()) all += name + "\n" + std::to_string(text.size()) + "\n" + text;
+        for (auto const& [name, text] : files()) all += name + "\n" + text;
         return all;
     }
     std::string after_failure(std::string const& right) override
     {
-        auto const right_files = files_of(right), now = files();
+        auto const now = files();
         if (!old_.empty() && now.find(old_) == now.end()) return old_ + " is lost";
+        try {
+            if (auto const harm = Act::after_failure(right); !harm.empty()) return harm;
+        } catch (Error const& error) {
+            return error.what();
+        }
+        auto const right_files = files();
         for (auto const& [name, text] : now) {
             auto const found = right_files.find(name);
             bool const as_before = name == old_ && text == before, whole = found != right_files.end() && found->second == text;
             if (!as_before && !whole) return "a part of " + name + " is left";
         }
-        return Act::after_failure(right);
+        return {};
     }
 
 private:
-    using Texts = std::map<std::string, std::string>; ///< by name
-    Texts files() const
+    /// By name.
+    std::map<std::string, std::string> files() const
     {
-        Texts all;
+        std::map<std::string, std::string> all;
         for (auto const& entry : fs::directory_iterator(folder_)) all[entry.path().filename().string()] = contents(entry.path());
-        return all;
-    }
-    /// The files of a result.
-    static Texts files_of(std::string const& result)
-    {
-        std::istringstream in(result);
-        Texts all;
-        std::string name, size;
-        while (std::getline(in, name) && std::getline(in, size)) {
-            auto& text = all[name];
-            text.resize(std::stoul(size));
-            in.read(text.data(), static_cast<std::streamsize>(text.size()));
-        }
         return all;
     }
     fs::path folder_;
@@ -219,10 +203,6 @@ TEST_CASE("a trajectory without memory")
 
 TEST_CASE("a COLMAP model without memory")
 {
-    torture::torture({value("load COLMAP model", [] {
-        std::istringstream cameras("1 PINHOLE 64 48 50 50 32 24\n"), images("1 1 0 0 0 0 0 0 1 a picture with a longer name.png\n\n");
-        return text_of(scene::read_colmap(cameras, images));
-    })});
     // A seed of a binary model is: B, the length of cameras.bin in a byte, cameras.bin, images.bin.
     torture::torture(seeds("cameras", ".bin", [](fs::path const& path) {
         auto const bytes = contents(path);
@@ -232,44 +212,45 @@ TEST_CASE("a COLMAP model without memory")
     }));
 }
 
-TEST_CASE("a text without memory is not cut short")
+TEST_CASE("texts without memory are not cut short, and files of text are read")
 {
-    torture::torture({value("a text", [] {
-        report::StringStream text;
-        for (int i = 0; i < 300; ++i) text << "piece " << i << ' ' << 0.5 * i << '\n';
-        return text.str();
-    })});
-}
-
-TEST_CASE("a cost model without memory")
-{
-    torture::torture({value("write and load cost model", [] {
-        report::StringStream text;
-        write_cost_model(text, mk2());
-        std::istringstream in(text.str());
-        report::StringStream again;
-        write_cost_model(again, read_cost_model(in, "model.txt"));
-        return again.str();
-    })});
+    torture::torture({value("load COLMAP model",
+                            [] {
+                                std::istringstream cameras("1 PINHOLE 64 48 50 50 32 24\n");
+                                std::istringstream images("1 1 0 0 0 0 0 0 1 a picture with a longer name.png\n\n");
+                                return text_of(scene::read_colmap(cameras, images));
+                            }),
+                      value("a text",
+                            [] {
+                                report::StringStream text;
+                                for (int i = 0; i < 300; ++i) text << "piece " << i << ' ' << 0.5 * i << '\n';
+                                return text.str();
+                            }),
+                      value("write and load cost model", [] {
+                          report::StringStream text, again;
+                          write_cost_model(text, mk2());
+                          std::istringstream in(text.str());
+                          write_cost_model(again, read_cost_model(in, "model.txt"));
+                          return again.str();
+                      })});
 }
 
 TEST_CASE("a run without memory, from the demand to the error")
 {
-    torture::torture(
-        {value("fit, render", [] { return std::to_string(Renderer(cloud(), options()).render(views()[0]).report.pairs); }),
-         value("reference, 2 threads, and its error",
-               [] {
-                   Renderer renderer(cloud(), options());
-                   auto const frame = renderer.render(views()[0]);
-                   auto const reference =
-                       report::render_double(std::span(cloud().gaussians), views()[0], splat::Rules{}, report::Cuts::same, 2);
-                   return std::to_string(report::compare(frame.image, reference).psnr_db);
-               }),
-         value("a mesh that is not quiet explains itself", [] {
-             auto o = options();
-             o.most_passes = 1;
-             return std::to_string(WatchedRenderer(cloud(), o).render(views()[0]).report.pairs);
-         })});
+    torture::torture({value("fit, render", [] { return std::to_string(Renderer(cloud(), options()).render(views()[0]).report.pairs); }),
+                      value("reference, 2 threads, and its error",
+                            [] {
+                                Renderer renderer(cloud(), options());
+                                auto const frame = renderer.render(views()[0]);
+                                auto const reference =
+                                    report::render_double(std::span(cloud().gaussians), views()[0], splat::Rules{}, report::Cuts::same, 2);
+                                return std::to_string(report::compare(frame.image, reference).psnr_db);
+                            }),
+                      value("a mesh that is not quiet explains itself", [] {
+                          auto o = options();
+                          o.most_passes = 1;
+                          return std::to_string(WatchedRenderer(cloud(), o).render(views()[0]).report.pairs);
+                      })});
 }
 
 TEST_CASE("files without memory are whole, or as they were")

@@ -90,33 +90,18 @@ std::vector<Case> both(std::string const& name, MakeRenderer const& make)
 
 TEST_SUITE_BEGIN("torture");
 
-TEST_CASE("a renderer without memory throws, and then renders the right picture")
+TEST_CASE("a renderer without memory throws, and then renders the right picture: on both engines, with full tiles, a trace, or no routing")
 {
-    torture::torture(both("Mesh", renderer_of<Renderer>(options())));
-    torture::torture(both("Mesh, 3 threads", renderer_of<Renderer>(options(3))));
+    auto full = options();
+    full.storage_slots = 5;
+    std::pair<char const*, MakeRenderer> const renderers[] = {{"Mesh", renderer_of<Renderer>(options())},
+                                                              {"Mesh, 3 threads", renderer_of<Renderer>(options(3))},
+                                                              {"Mesh, storage for 5", renderer_of<Renderer>(full)},
+                                                              {"Mesh, traced, 2 threads", renderer_of<WatchedRenderer>(options(2))},
+                                                              {"Mesh, no routing", runner_of<splat::Referenced<support::NoRouting>>(options())},
+                                                              {"CheckedMesh", runner_of<support::Whole, CheckedMesh>(options())}};
+    for (auto const& [name, make] : renderers) torture::torture(both(name, make));
     torture::torture({{"Mesh: the same view again", [] { return std::make_unique<NextView>(renderer_of<Renderer>(options()), 0); }}});
-}
-
-TEST_CASE("a renderer without memory whose tiles are full")
-{
-    auto o = options();
-    o.storage_slots = 5;
-    torture::torture(both("Mesh, storage for 5", renderer_of<Renderer>(o)));
-}
-
-TEST_CASE("a renderer without memory that keeps a trace")
-{
-    torture::torture(both("Mesh, traced, 2 threads", renderer_of<WatchedRenderer>(options(2))));
-}
-
-TEST_CASE("a renderer without memory whose host places the records")
-{
-    torture::torture(both("Mesh, no routing", runner_of<splat::Referenced<support::NoRouting>>(options())));
-}
-
-TEST_CASE("a renderer without memory on the checking engine")
-{
-    torture::torture(both("CheckedMesh", runner_of<support::Whole, CheckedMesh>(options())));
 }
 
 TEST_CASE("a renderer that gets no thread says so")

@@ -57,8 +57,14 @@ F* next(char const* name) noexcept
 {
     return reinterpret_cast<F*>(::dlsym(RTLD_NEXT, name));
 }
-#define NEXT(function) \
-    static auto* const real = next<decltype(function)>(#function)
+#define NEXT(function) static auto* const real = next<decltype(function)>(#function)
+/// A function that returns `failed` and sets errno to `why`, or else is the real one.
+#define FAILING(type, function, parameters, arguments, kind, why, failed) \
+    type function parameters \
+    { \
+        NEXT(function); \
+        return fails(kind, why) ? failed : real arguments; \
+    }
 
 /// What is written on standard error must arrive: it says what failed.
 bool is_heard(std::FILE* file) noexcept { return file == stderr; }
@@ -85,48 +91,32 @@ void* mmap(void* at, std::size_t bytes, int protection, int flags, int file, off
     return p == -1 ? MAP_FAILED : reinterpret_cast<void*>(p);
 }
 
-std::FILE* fopen(char const* name, char const* mode)
-{
-    NEXT(fopen);
-    return fails(Kind::open, EMFILE) ? nullptr : real(name, mode);
-}
-std::FILE* fopen64(char const* name, char const* mode)
-{
-    NEXT(fopen64);
-    return fails(Kind::open, EMFILE) ? nullptr : real(name, mode);
-}
-#define TORTURE_MODE \
-    mode_t mode = 0; \
-    if ((flags & (O_CREAT | O_TMPFILE)) != 0) { \
-        va_list more; \
-        va_start(more, flags); \
-        mode = va_arg(more, mode_t); \
-        va_end(more); \
+FAILING(std::FILE*, fopen, (char const* name, char const* mode), (name, mode), Kind::open, EMFILE, nullptr)
+FAILING(std::FILE*, fopen64, (char const* name, char const* mode), (name, mode), Kind::open, EMFILE, nullptr)
+FAILING(int, rename, (char const* from, char const* to) noexcept, (from, to), Kind::rename, EIO, -1)
+FAILING(int, fsync, (int file), (file), Kind::fsync, EIO, -1)
+FAILING(int, fdatasync, (int file), (file), Kind::fsync, EIO, -1)
+FAILING(int, mkdir, (char const* name, mode_t mode) noexcept, (name, mode), Kind::mkdir, ENOSPC, -1)
+FAILING(int, pthread_create, (pthread_t* thread, pthread_attr_t const* attributes, void* (*run)(void*), void* argument) noexcept,
+        (thread, attributes, run, argument), Kind::thread, EAGAIN, EAGAIN)
+/// As FAILING, for a function with a mode if it makes a file.
+#define FAILING_OPEN(function, parameters, arguments) \
+    int function parameters \
+    { \
+        mode_t mode = 0; \
+        if ((flags & (O_CREAT | O_TMPFILE)) != 0) { \
+            va_list more; \
+            va_start(more, flags); \
+            mode = va_arg(more, mode_t); \
+            va_end(more); \
+        } \
+        NEXT(function); \
+        return fails(Kind::open, EMFILE) ? -1 : real arguments; \
     }
-int open(char const* name, int flags, ...)
-{
-    TORTURE_MODE
-    NEXT(open);
-    return fails(Kind::open, EMFILE) ? -1 : real(name, flags, mode);
-}
-int open64(char const* name, int flags, ...)
-{
-    TORTURE_MODE
-    NEXT(open64);
-    return fails(Kind::open, EMFILE) ? -1 : real(name, flags, mode);
-}
-int openat(int folder, char const* name, int flags, ...)
-{
-    TORTURE_MODE
-    NEXT(openat);
-    return fails(Kind::open, EMFILE) ? -1 : real(folder, name, flags, mode);
-}
-int openat64(int folder, char const* name, int flags, ...)
-{
-    TORTURE_MODE
-    NEXT(openat64);
-    return fails(Kind::open, EMFILE) ? -1 : real(folder, name, flags, mode);
-}
+FAILING_OPEN(open, (char const* name, int flags, ...), (name, flags, mode))
+FAILING_OPEN(open64, (char const* name, int flags, ...), (name, flags, mode))
+FAILING_OPEN(openat, (int folder, char const* name, int flags, ...), (folder, name, flags, mode))
+FAILING_OPEN(openat64, (int folder, char const* name, int flags, ...), (folder, name, flags, mode))
 ssize_t write(int file, void const* bytes, std::size_t n)
 {
     NEXT(write);
@@ -149,30 +139,5 @@ int fclose(std::FILE* file)
     int const closed = real(file);
     if (failed) errno = EIO;
     return failed ? EOF : closed;
-}
-int rename(char const* from, char const* to) noexcept
-{
-    NEXT(rename);
-    return fails(Kind::rename, EIO) ? -1 : real(from, to);
-}
-int fsync(int file)
-{
-    NEXT(fsync);
-    return fails(Kind::fsync, EIO) ? -1 : real(file);
-}
-int fdatasync(int file)
-{
-    NEXT(fdatasync);
-    return fails(Kind::fsync, EIO) ? -1 : real(file);
-}
-int mkdir(char const* name, mode_t mode) noexcept
-{
-    NEXT(mkdir);
-    return fails(Kind::mkdir, ENOSPC) ? -1 : real(name, mode);
-}
-int pthread_create(pthread_t* thread, pthread_attr_t const* attributes, void* (*run)(void*), void* argument) noexcept
-{
-    NEXT(pthread_create);
-    return fails(Kind::thread, EAGAIN) ? EAGAIN : real(thread, attributes, run, argument);
 }
 }

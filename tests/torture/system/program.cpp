@@ -68,14 +68,13 @@ Files files_of(fs::path const& folder)
 {
     static std::regex const times("\"(keyframe_)?host_ms(_per_frame)?\": ?(\\{[^}]*\\}|[-+.0-9e]+)"), seals(",\"(digest|check)\":\"[0-9a-f]*\"\\}\n");
     auto all = texts_of(folder);
-    for (auto& [name, text] : all)
-        if (fs::path(name).extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
-    for (auto& [name, text] : all)
-        if (fs::path(name).extension() == ".jsonl") text = std::regex_replace(text, seals, "}\n"); // a digest has the times, too
-    for (auto& [name, text] : all)
-        if (fs::path(name).filename() == journal) text = once(text);
-    for (auto& [name, text] : all)
-        if (fs::path(name).filename() == checkpoint && !text.empty()) text = checkpoint; // it has times; a run that goes on proves it
+    for (auto& [name, text] : all) {
+        fs::path const file = fs::path(name).filename();
+        if (file.extension().string().starts_with(".json")) text = std::regex_replace(text, times, "\"host_ms\": 0");
+        if (file.extension() == ".jsonl") text = std::regex_replace(text, seals, "}\n"); // a digest has the times, too
+        if (file == journal) text = once(text);
+        if (file == checkpoint && !text.empty()) text = checkpoint; // it has times; a run that goes on proves it
+    }
     return all;
 }
 
@@ -444,15 +443,15 @@ try {
     }
     std::printf("%-24s %8s %8s %8s %8s %8s\n", "case", "last k", "runs", "right", "refused", "wrong");
     Row sum{"all", 0, 0, 0, 0, 0};
-    for (auto const& row : rows) {
+    for (auto const& row : rows)
         sum.last += row.last, sum.runs += row.runs, sum.right += row.right, sum.refused += row.refused, sum.wrong += row.wrong;
-        if (row.last == 0) continue;
-        std::printf("%-24s %8llu %8llu %8llu %8llu %8llu\n", row.name.c_str(), static_cast<unsigned long long>(row.last),
-                    static_cast<unsigned long long>(row.runs), static_cast<unsigned long long>(row.right), static_cast<unsigned long long>(row.refused),
-                    static_cast<unsigned long long>(row.wrong));
+    std::erase_if(rows, [](Row const& row) { return row.last == 0; });
+    rows.push_back(sum);
+    for (auto const& row : rows) {
+        std::printf("%-24s", row.name.c_str());
+        for (unsigned long long const count : {row.last, row.runs, row.right, row.refused, row.wrong}) std::printf(" %8llu", count);
+        std::printf("\n");
     }
-    std::printf("%-24s %8llu %8llu %8llu %8llu %8llu\n", "all", static_cast<unsigned long long>(sum.last), static_cast<unsigned long long>(sum.runs),
-                static_cast<unsigned long long>(sum.right), static_cast<unsigned long long>(sum.refused), static_cast<unsigned long long>(sum.wrong));
     return sum.wrong == 0 && sum.runs != 0 ? 0 : 1;
 } catch (std::exception const& error) {
     std::cerr << "torture_program: " << error.what() << '\n';
