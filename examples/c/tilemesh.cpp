@@ -21,7 +21,6 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
 #include <streambuf>
 #include <string>
 #include <string_view>

@@ -6,13 +6,10 @@
 #include <array>
 #include <bit>
 #include <chrono>
-#include <cstdint>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_fields.hpp>

@@ -6,17 +6,14 @@
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
-#include <fstream>
 #include <initializer_list>
 #include <iterator>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <utility>
 
 namespace explore {
 

@@ -1,7 +1,5 @@
 #include "choice.hpp"
 #include "ranks.hpp"
-#include <algorithm>
-#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/render/setup_fields.hpp>

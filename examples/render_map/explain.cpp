@@ -9,7 +9,6 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <utility>
 
 namespace render_map {
 

@@ -2,16 +2,13 @@
 #include "../shared/text.hpp"
 #include "choice.hpp"
 #include <algorithm>
-#include <cstdint>
 #include <initializer_list>
 #include <optional>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
-#include <vector>
 
 namespace render_map {
 

@@ -2,7 +2,6 @@
 #include "../shared/model_input.hpp"
 #include "choice.hpp"
 #include <algorithm>
-#include <cstdint>
 #include <memory>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/render/homes_layout.hpp>

@@ -1,6 +1,5 @@
 #include "missing.hpp"
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <tilemesh/report/frame_report.hpp>

@@ -3,7 +3,6 @@
 #include "ranks.hpp"
 #include <algorithm>
 #include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <list>
 #include <memory>

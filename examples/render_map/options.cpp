@@ -3,13 +3,11 @@
 #include "ranks.hpp"
 #include "setup_rows.hpp"
 #include <algorithm>
-#include <span>
 #include <string_view>
 #include <thread>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
-#include <vector>
 
 namespace render_map {
 
@@ -17,7 +15,6 @@ namespace {
 
 using namespace shared;
 using tilemesh::Error;
-using tilemesh::RendererOptions;
 
 /// "30", or "30000/1001".
 void set_frame_rate(Options& o, OptionValue const& given)

@@ -7,11 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <fstream>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>

@@ -8,7 +8,6 @@ namespace render_map {
 
 namespace detail {
 
-using shared::any_number;
 using shared::field;
 using shared::Form;
 using shared::option;

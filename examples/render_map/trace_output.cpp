@@ -20,14 +20,11 @@
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/html.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/string_stream.hpp>
-#include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/splat/operations.hpp>
 

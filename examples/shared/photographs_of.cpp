@@ -3,8 +3,6 @@
 #include "text.hpp"
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
 #include <limits>
 #include <map>
 #include <set>

@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <memory>
 #include <new>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>

@@ -18,7 +18,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <iostream>
@@ -33,7 +32,6 @@
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/slam/session.hpp>
 #include <tilemesh/slam/state_bytes.hpp>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
-#include <system_error>
 #include <tilemesh/report/distinct_files.hpp>
 #include <unistd.h>
 

@@ -2,7 +2,6 @@
 #include "../shared/checksums.hpp"
 #include "../shared/png.hpp"
 #include "outputs.hpp"
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
