@@ -7,6 +7,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/explore.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/image.hpp>
 #include <vector>
 

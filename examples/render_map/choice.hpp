@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/render/setup_fields.hpp>

@@ -74,7 +74,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
     if (options.choice.preset() != "lossless") rules.footprint = splat::Paper::footprint;
     rules = tilemesh::with_options(rules, options.renderer);
     if (ranks::number() > 1)
-        needs.seen = ranks::demand_of(path, rules, options.renderer);
+        needs.seen = ranks::parts().demand_of(path, rules, options.renderer);
     else
         needs.seen = scene::demand_of(map, std::span(path), rules, [&](splat::Camera const& camera) {
             return tilemesh::tiling_for(options.renderer, camera.width, camera.height);
