@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <vector>
 
 /// Rows of options as JSON: settings of C and Python, keys of studies.
 namespace shared {
@@ -73,13 +72,6 @@ auto find_row(Rows const& rows, std::string_view name)
 {
     auto const at = std::find_if(std::begin(rows), std::end(rows), [name](auto const& row) { return row.name == name; });
     return at == std::end(rows) ? nullptr : &*at;
-}
-template <class Rows>
-std::vector<std::string_view> names_of(Rows const& rows)
-{
-    std::vector<std::string_view> names;
-    for (auto const& row : rows) names.push_back(row.name);
-    return names;
 }
 
 } // namespace shared

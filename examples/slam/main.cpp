@@ -39,7 +39,8 @@
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
-#include <unistd.h>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -78,34 +79,31 @@ struct Outcome {
     std::string first_loss; ///< why the first lost frame is lost
 };
 
+/// The members of an outcome in a checkpoint, in their order.
+template <class Of, class Visit>
+void each_member(Of& o, Visit const& visit)
+{
+    auto const members = std::tie(o.done, o.truth, o.estimates, o.truths, o.frames, o.keyframes, o.first_loss, o.all_ms, o.keyframe_ms, o.evaluations,
+                                  o.lost, o.keyframe_count);
+    std::apply([&](auto&... member) { (visit(member), ...); }, members);
+}
 void save(Outcome const& out, slam::StateWriter& to)
 {
-    to.put_all(out.done);
-    to.put_all(out.truth);
-    to.put_all(out.estimates);
-    to.put_all(out.truths);
-    to.put_text(out.frames);
-    to.put_text(out.keyframes);
-    to.put_text(out.first_loss);
-    for (double const ms : {out.all_ms, out.keyframe_ms}) to.put(ms);
-    for (std::uint64_t const n : {out.evaluations, std::uint64_t{out.lost}, std::uint64_t{out.keyframe_count}}) to.put(n);
+    each_member(out, [&]<class T>(T const& member) {
+        if constexpr (std::is_same_v<T, std::string>) to.put_text(member);
+        else if constexpr (std::is_arithmetic_v<T>) to.put(member);
+        else to.put_all(member);
+    });
 }
 /// Reads what `save` wrote.
 Outcome load_outcome(slam::StateReader& in)
 {
     Outcome out;
-    out.done = in.all<Done>();
-    out.truth = in.all<scene::StampedPose>();
-    out.estimates = in.all<scene::Pose>();
-    out.truths = in.all<scene::Pose>();
-    out.frames = in.text();
-    out.keyframes = in.text();
-    out.first_loss = in.text();
-    out.all_ms = in.get<double>();
-    out.keyframe_ms = in.get<double>();
-    out.evaluations = in.get<std::uint64_t>();
-    out.lost = static_cast<std::size_t>(in.get<std::uint64_t>());
-    out.keyframe_count = static_cast<std::size_t>(in.get<std::uint64_t>());
+    each_member(out, [&]<class T>(T& member) {
+        if constexpr (std::is_same_v<T, std::string>) member = in.text();
+        else if constexpr (std::is_arithmetic_v<T>) member = in.get<T>();
+        else member = in.all<typename T::value_type>();
+    });
     return out;
 }
 
