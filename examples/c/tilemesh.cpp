@@ -5,7 +5,6 @@
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
 #include "../shared/codecs.hpp"
-#include "../shared/json_text.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/option_table.hpp"
 #include <algorithm>

@@ -1,6 +1,5 @@
 #include "study.hpp"
 #include "../shared/input_rows.hpp"
-#include "../shared/json_text.hpp"
 #include "../shared/model_input.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/sha256.hpp"

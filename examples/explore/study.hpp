@@ -6,6 +6,7 @@
 #include <string>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/machine_file.hpp>
+#include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup_fields.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>

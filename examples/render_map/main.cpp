@@ -12,7 +12,6 @@
 #include "journal.hpp"
 #include "judge_scenes.hpp"
 #include "limits.hpp"
-#include "machine.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "photographs.hpp"

@@ -1,6 +1,7 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
 #include "../shared/camera_file.hpp"
 #include "../shared/camera_path.hpp"
+#include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
 #include "../shared/report_text.hpp"
@@ -10,7 +11,6 @@
 #include "../shared/text.hpp"
 #include "checkpoint.hpp"
 #include "options.hpp"
-#include "outputs.hpp"
 #include "page.hpp"
 #include <algorithm>
 #include <array>
@@ -18,14 +18,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <iostream>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
@@ -41,6 +44,7 @@
 #include <tilemesh/track/trajectory_error.hpp>
 #include <tuple>
 #include <type_traits>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -395,6 +399,35 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     return end_of(o, out, count, cut, printer);
 }
 
+/// The files in the folder of --out, in the order in which they are written.
+constexpr char const* out_files[] = {"map.ply", "estimated.tum", "truth.tum", "cameras.json", "keyframes.json"};
+
+/// Makes the folder of --out, and checks that every file can be written. Throws `Error` if a file cannot be written, or would replace another
+/// file of the run or a file in `read` (`report::DistinctFiles`). It writes nothing except the folder.
+void prepare_outputs(Options const& options, std::vector<std::filesystem::path> const& read)
+{
+    constexpr char const *out_remedy = "name another directory with --out", *report_remedy = "name another file with --report",
+                         *page_remedy = "name another file with --page";
+    shared::make_folder(options.out, "--out");
+    for (char const* const name : out_files) shared::check_file(options.out / name, "a result", out_remedy);
+    if (options.resume)
+        for (char const* const name : {slam_program::checkpoint_file, slam_program::set_aside_file})
+            shared::check_file(options.out / name, "the checkpoint", out_remedy);
+    if (options.report) shared::check_file(*options.report, "the report", report_remedy);
+    if (options.page) shared::check_file(*options.page, "the page", page_remedy);
+    report::DistinctFiles files;
+    for (auto const& file : read) files.read(file);
+    if (!options.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    auto const is_result = [&](std::string const& name) {
+        if (options.resume && (name == slam_program::checkpoint_file || name == slam_program::set_aside_file)) return true;
+        return std::find(std::begin(out_files), std::end(out_files), name) != std::end(out_files);
+    };
+    files.write_into(options.out, is_result, "a result", out_remedy);
+    if (options.report) files.write(*options.report, "the report", report_remedy);
+    if (options.page) files.write(*options.page, "the page", page_remedy);
+}
+
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
@@ -416,7 +449,7 @@ int run(Options const& o)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
     shared::add_masks(o, size, list, notes);
     auto const read = shared::files_read(o, {o.render, o.map}, list, first.sized_by);
-    slam_program::prepare_outputs(o, read);
+    prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     std::optional<slam_program::Checkpoint> kept;
     if (o.resume) kept.emplace(o, read);
