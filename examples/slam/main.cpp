@@ -4,7 +4,6 @@
 #include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
-#include "../shared/report_text.hpp"
 #include "../shared/rgbd_photo.hpp"
 #include "../shared/sequence.hpp"
 #include "../shared/sha256.hpp"

@@ -4,13 +4,11 @@
 #include "../shared/png.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
-#include "../shared/report_text.hpp"
 #include "../shared/rgbd_photo.hpp"
 #include "../shared/sequence.hpp"
 #include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
-#include "pictures.hpp"
 #include <algorithm>
 #include <array>
 #include <chrono>
