@@ -19,14 +19,6 @@ using tilemesh::scene::Size;
 
 namespace {
 
-std::string by(Size size)
-{
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-bool same(Size a, Size b)
-{
-    return a.width == b.width && a.height == b.height;
-}
 std::vector<fs::path> parts_of(fs::path const& path)
 {
     std::vector<fs::path> parts;

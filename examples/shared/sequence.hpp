@@ -57,7 +57,6 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
 {
     scene::Size const own{camera.camera.width, camera.camera.height};
     auto const product = [](std::uint32_t a, std::uint32_t b) { return std::int64_t{a} * std::int64_t{b}; };
-    auto const by = [](scene::Size s) { return std::to_string(s.width) + " x " + std::to_string(s.height); };
     auto const scale = [](std::uint32_t to, std::uint32_t from) { return tilemesh::significant(static_cast<double>(to) / from, 4); };
     auto const across = scale(size.width, own.width), down = scale(size.height, own.height);
     // A side that is rounded is off by less than a pixel, so the product of the sides crosswise is off by less than the sum of the other size.
@@ -66,7 +65,7 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
         throw tilemesh::Error("camera " + scene::label(camera) + " of " + file + " is not the camera of these pictures (" + by(own) +
                               " pixels become " + by(size) + " with a scale of " + across + " across and " + down + " down); name a camera of the "
                               "pictures' shape");
-    if (own.width != size.width || own.height != size.height)
+    if (!same(own, size))
         notes.push_back(file + ": camera " + scene::label(camera) + " is scaled by " + across +
                         (across == down ? "" : " across and " + down + " down") + " (" + by(own) + " pixels to " + by(size) + ")");
     return scene::stretched(camera.camera, size);
