@@ -27,6 +27,7 @@
 #include <string_view>
 #include <thread>
 #include <tilemesh/error.hpp>
+#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
@@ -172,15 +173,6 @@ std::map<std::string, Point> read_points(fs::path const& out, std::string& note)
     return found;
 }
 
-/// Threads that end with their scope, also where an exception ends it.
-struct Threads {
-    std::vector<std::thread> all;
-    Threads() = default;
-    ~Threads() { for (auto& one : all) one.join(); }
-    Threads(Threads const&) = delete;
-    Threads& operator=(Threads const&) = delete;
-};
-
 // --- the runs ----------------------------------------------------------------------------------
 
 /// Settings with equal counts.
@@ -250,9 +242,9 @@ public:
             }
         };
         {
-            Threads others;
+            tilemesh::JoinedThreads others;
             try {
-                for (std::uint32_t k = 1; k < workers; ++k) others.all.emplace_back(work);
+                for (std::uint32_t k = 1; k < workers; ++k) others.start(work);
             } catch (...) {
                 failed_ = true; // those that were started end after their run
                 throw;
@@ -303,8 +295,8 @@ private:
                 }
             };
             {
-                Threads others;
-                for (std::uint32_t k = 1; k < threads; ++k) others.all.emplace_back(price);
+                tilemesh::JoinedThreads others;
+                for (std::uint32_t k = 1; k < threads; ++k) others.start(price);
                 price();
             }
             if (error) std::rethrow_exception(error);
