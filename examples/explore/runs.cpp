@@ -12,6 +12,7 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/renderer.hpp>
