@@ -1,7 +1,6 @@
 #include "explain.hpp"
 #include "../shared/text.hpp"
 #include "ranks.hpp"
-#include "setup_rows.hpp"
 #include <cstdint>
 #include <span>
 #include <string>
@@ -49,8 +48,9 @@ std::string exploring_option(Options const& o)
     if (o.renderer.hops != 0) return "--hops";
     if (o.channel_slots) return "--channel-slots";
     if (o.storage_slots) return "--storage-slots";
-    for (auto const& row : policy_rows) // ranks alone need no record that is not seen
-        if (row.name != "priority" && o.choice.names(row.name)) return "--" + std::string(row.name);
+    using tilemesh::render::SetupField;
+    for (auto const& field : tilemesh::render::setup_fields) // ranks alone need no record that is not seen
+        if (field.use == SetupField::everyone && field.name != "priority" && o.choice.names(field.name)) return "--" + std::string(field.name);
     if (o.choice.planes()) return o.choice.depth ? "--depth" : "--alpha";
     return {};
 }
