@@ -121,7 +121,8 @@ try {
     camera.cy -= static_cast<float>(850 - part.height);
     camera.width = 2 * part.width;
     camera.height = 2 * part.height;
-    ok &= report_on(tilemesh::render::setup_for<OnWafer>(), map, tilemesh::assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out);
+    auto const wafer = tilemesh::render::setup_for<OnWafer>();
+    ok = report_on(wafer, map, tilemesh::assumed_model<Wafer>(4, 1850), camera, {.grid = part, .tile = {2, 2}}, out) && ok;
     return ok ? 0 : 1;
 } catch (std::bad_alloc const&) {
     std::cerr << "the mesh does not fit into memory (--whole takes 10.4 GB, with --out more); leave --whole out or free memory\n";
