@@ -27,7 +27,6 @@
 #include <string_view>
 #include <thread>
 #include <tilemesh/error.hpp>
-#include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
@@ -173,6 +172,15 @@ std::map<std::string, Point> read_points(fs::path const& out, std::string& note)
     return found;
 }
 
+/// Threads that end with their scope, also where an exception ends it.
+struct Threads {
+    std::vector<std::thread> all;
+    Threads() = default;
+    ~Threads() { for (auto& one : all) one.join(); }
+    Threads(Threads const&) = delete;
+    Threads& operator=(Threads const&) = delete;
+};
+
 // --- the runs ----------------------------------------------------------------------------------
 
 /// Settings with equal counts.
@@ -242,9 +250,9 @@ public:
             }
         };
         {
-            tilemesh::JoinedThreads others;
+            Threads others;
             try {
-                for (std::uint32_t k = 1; k < workers; ++k) others.start(work);
+                for (std::uint32_t k = 1; k < workers; ++k) others.all.emplace_back(work);
             } catch (...) {
                 failed_ = true; // those that were started end after their run
                 throw;
@@ -295,8 +303,8 @@ private:
                 }
             };
             {
-                tilemesh::JoinedThreads others;
-                for (std::uint32_t k = 1; k < threads; ++k) others.start(price);
+                Threads others;
+                for (std::uint32_t k = 1; k < threads; ++k) others.all.emplace_back(price);
                 price();
             }
             if (error) std::rethrow_exception(error);

@@ -50,8 +50,8 @@ public:
 
     /// Makes a renderer on all processes for a demand: that of homes, or for any other program that of anchored tiles. The demand is that of the
     /// last `demand_of`, or that one with all rows visible.
-    virtual std::unique_ptr<tilemesh::render::Core> make(tilemesh::report::Program program, Choice const& choice, tilemesh::scene::Demand const& demand,
-                                                         tilemesh::RendererOptions const& options) = 0;
+    virtual std::unique_ptr<tilemesh::render::Core> make(tilemesh::report::Program program, Choice const& choice,
+                                                         tilemesh::scene::Demand const& demand, tilemesh::RendererOptions const& options) = 0;
 
 protected:
     ~Parts() = default;

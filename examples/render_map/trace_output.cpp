@@ -83,9 +83,11 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
     add("pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, "pairs", [](TileState const& t) { return t.pairs; });
     if (std::any_of(tiles.begin(), tiles.end(), [](TileState const& t) { return t.rounds != 0; })) {
         add("rounds", "Rounds", "rounds in which the tile was not done", true, "rounds", [](TileState const& t) { return t.rounds; });
-        add("entries", "Entries", "splats that the tile received from homes in all rounds", true, "splats", [](TileState const& t) { return t.entries; });
-        add("frontier", "Frontier", "depth up to which the tile's pixels are exact after its last round; of a tile with every splat, that of the farthest one",
-            false, "world units", [](TileState const& t) { return t.frontier; });
+        add("entries", "Entries", "splats that the tile received from homes in all rounds", true, "splats",
+            [](TileState const& t) { return t.entries; });
+        add("frontier", "Frontier",
+            "depth up to which the tile's pixels are exact after its last round; of a tile with every splat, that of the farthest one", false,
+            "world units", [](TileState const& t) { return t.frontier; });
     }
     return maps;
 }
