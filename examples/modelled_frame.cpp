@@ -1,18 +1,14 @@
 // The modelled cost of a frame: the built-in map on a Mk2 that keeps a trace, with the modelled cycles of each step.
 #include <iostream>
-#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/spec.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/splat/setup_types.hpp>
 
 namespace scene = tilemesh::scene;
-namespace splat = tilemesh::splat;
 
 int main()
 try {

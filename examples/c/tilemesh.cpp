@@ -5,7 +5,6 @@
 #include "../render_map/instruments.hpp"
 #include "../render_map/missing.hpp"
 #include "../shared/codecs.hpp"
-#include "../shared/json_text.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/option_table.hpp"
 #include <algorithm>
@@ -21,7 +20,6 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -124,22 +122,12 @@ struct Settings {
 
 constexpr Word nobody[] = {{"-1", -1}};
 
-/// The name in JSON of a row of a table of fields.
-template <auto& Table, std::size_t Field>
-constexpr auto json_letters = [] {
-    std::array<char, Table[Field].name.size()> name{};
-    std::replace_copy(Table[Field].name.begin(), Table[Field].name.end(), name.begin(), '-', '_');
-    return name;
-}();
-template <auto& Table, std::size_t Field>
-constexpr std::string_view json_name{json_letters<Table, Field>.data(), json_letters<Table, Field>.size()};
-/// The row of a field of setups, by its name in JSON.
-template <std::size_t Field, auto... Members>
-constexpr Option<Settings> field()
+/// The name of a setting in JSON; rows of tables of fields have hyphens.
+std::string json_name(shared::OptionRow const& row)
 {
-    auto row = shared::field<Field, Members...>("", {});
-    row.name = json_name<setup_fields, Field>;
-    return row;
+    std::string name(row.name);
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
 }
 /// The row of a field that every program has: its words, and "preset".
 template <std::size_t Field, std::size_t... I>
@@ -153,7 +141,6 @@ template <std::size_t Field>
 constexpr Option<Settings> policy()
 {
     auto row = shared::listed<Field, &Settings::fields>({});
-    row.name = json_name<setup_fields, Field>;
     row.words = policy_words<Field>;
     row.set = [](Settings& s, shared::OptionValue const& value) {
         auto const name = setup_fields[Field].name;
@@ -177,16 +164,16 @@ constexpr Option<Settings> own_rows[] = {
         "tile_width", "N", "Width of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
     option<&Settings::renderer, &RendererOptions::tile, &Extent2::height>(
         "tile_height", "N", "Height of a tile; 0: the picture is spread over 40 x 36 tiles", {0, 4096, "pixels"}),
-    field<setup_field("channel-slots"), &Settings::renderer, &RendererOptions::channel_slots>(),
-    field<setup_field("storage-slots"), &Settings::renderer, &RendererOptions::storage_slots>(),
-    field<setup_field("waiting-slots"), &Settings::renderer, &RendererOptions::waiting_slots>(),
+    shared::field<setup_field("channel-slots"), &Settings::renderer, &RendererOptions::channel_slots>("", {}),
+    shared::field<setup_field("storage-slots"), &Settings::renderer, &RendererOptions::storage_slots>("", {}),
+    shared::field<setup_field("waiting-slots"), &Settings::renderer, &RendererOptions::waiting_slots>("", {}),
     option<&Settings::mesh>("mesh", "N", "Number of the mesh; another number begins a new one", {0, 1'000'000}),
     option<&Settings::renderer, &RendererOptions::threads>("threads", "N", "Threads of the host; the picture does not depend on them",
                                                            {1, is_page ? 1 : 256}),
-    field<setup_field("preset"), &Settings::preset>(),
-    field<setup_field("machine"), &Settings::machine>(),
-    field<setup_field("quality"), &Settings::quality>(),
-    field<setup_field("program"), &Settings::program>(),
+    shared::field<setup_field("preset"), &Settings::preset>("", {}),
+    shared::field<setup_field("machine"), &Settings::machine>("", {}),
+    shared::field<setup_field("quality"), &Settings::quality>("", {}),
+    shared::field<setup_field("program"), &Settings::program>("", {}),
     option<&Settings::lens>("lens", "KIND[,N...]", "The lens of the cameras, as render_map's --lens", {0, 255}),
     option<&Settings::background>("background", "R,G,B", "The colour behind the Gaussians", {0, 1}),
     option<&Settings::difference>("difference", "", "Compares each frame with the complete picture"),
@@ -197,14 +184,11 @@ constexpr Option<Settings> own_rows[] = {
     option<&Settings::antialias>("antialias", "", "Dims each splat as much as the 0.3 pixels enlarge it, for maps trained so"),
     option<&Settings::follow>("follow", "ID", "Id of the Gaussian whose path is recorded; -1: none", {0, 4294967295.0}, nobody, "-1",
                               "it is the id of a Gaussian, or -1")};
-constexpr auto renderer_rows = []<std::size_t... I>(std::index_sequence<I...>)
-{
+constexpr auto renderer_rows = [] {
     auto rows = shared::rows_of_renderer<&Settings::renderer>();
-    ((rows[I].name = json_name<render::renderer_fields, I>), ...);
     for (auto& row : rows) row.least = 0; // 0 stands for the word
     return rows;
-}
-(std::make_index_sequence<std::size(render::renderer_fields)>());
+}();
 constexpr auto setting_rows = [] {
     return []<std::size_t... I, std::size_t... J, std::size_t... K>(std::index_sequence<I...>, std::index_sequence<J...>, std::index_sequence<K...>)
     {
@@ -307,9 +291,9 @@ void check(Settings const& settings, scene::Map const& map)
     auto const setup = setup_of(settings, map.sh_degree);
     auto const facts = render::checked(setup);
     for (auto const& row : setting_rows) {
-        auto const most = preset_slots(setup.sizes, row.name);
+        auto const most = preset_slots(setup.sizes, json_name(row));
         if (auto const asked = row.get(settings).whole; is_slots(row) && asked > most)
-            throw Error("the setting " + std::string(row.name) + " of " + std::to_string(asked) + " (preset " + setup.name + " has " +
+            throw Error("the setting " + json_name(row) + " of " + std::to_string(asked) + " (preset " + setup.name + " has " +
                         std::to_string(most) + "); give it a smaller number, or 0 for the preset's");
     }
     if ((settings.renderer.tile.width == 0) != (settings.renderer.tile.height == 0))
@@ -330,11 +314,13 @@ Settings changed(Settings settings, std::string_view text)
         auto const refuse = [&name = name, &shown](std::string const& why) {
             throw Error("the setting " + dumped(name).substr(0, 60) + " of " + shown + " (" + why + "); see tilemesh_set in tilemesh.h");
         };
-        auto const* const row = shared::find_row(setting_rows, name);
+        auto const row = std::find_if(setting_rows.begin(), setting_rows.end(), [&name = name](auto const& one) { return json_name(one) == name; });
         for (auto const& [other, why] : no_settings)
             if (name == other) refuse(std::string("it is none: ") + why);
-        if (row == nullptr) {
-            auto const near = shared::nearest(name, shared::names_of(setting_rows));
+        if (row == setting_rows.end()) {
+            std::vector<std::string> names;
+            for (auto const& one : setting_rows) names.push_back(json_name(one));
+            auto const near = shared::nearest(name, {names.begin(), names.end()});
             refuse("there is no such setting" + (near.empty() ? "" : ", but there is " + std::string(near)));
         }
         try {
@@ -937,7 +923,7 @@ private:
         auto const setup = setup_of(settings_, map_->sh_degree);
         Json json, limits, choices;
         for (auto const& row : setting_rows) {
-            std::string const name(row.name);
+            auto const name = json_name(row);
             json[name] = shared::to_json<Json>(settings_, row);
             if (row.form == shared::Form::word)
                 for (auto const& word : row.words) choices[name].push_back(word.word);

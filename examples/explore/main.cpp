@@ -17,7 +17,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -32,6 +31,7 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
+#include <tuple>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -106,35 +106,31 @@ void check_outputs(Options const& o, Study const& study)
 /// Before the digest of a line's other bytes, which ends it: a line that was edited is none.
 constexpr std::string_view check_member = ",\"check\":\"";
 
+/// The members of a point in its line, in this order.
+constexpr auto point_members =
+    std::tuple(std::pair("digest", &Point::digest), std::pair("name", &Point::name), std::pair("psnr_db", &Point::psnr_db),
+               std::pair("modelled_ms", &Point::modelled_ms), std::pair("sram_bytes", &Point::sram_bytes),
+               std::pair("exchanged_bytes", &Point::exchanged_bytes), std::pair("lost", &Point::lost), std::pair("left_out", &Point::left_out),
+               std::pair("refused", &Point::refused), std::pair("picture", &Point::picture), std::pair("cycles", &Point::cycles),
+               std::pair("exchanges", &Point::exchanges), std::pair("passes", &Point::passes), std::pair("pairs", &Point::pairs),
+               std::pair("first_ms", &Point::first_ms), std::pair("later_ms", &Point::later_ms),
+               std::pair("slowest_to_mean", &Point::slowest_to_mean), std::pair("host_ms", &Point::host_ms), std::pair("storage", &Point::storage),
+               std::pair("channel", &Point::channel), std::pair("waiting", &Point::waiting), std::pair("beam", &Point::beam),
+               std::pair("whole_channels", &Point::whole_channels), std::pair("weakest", &Point::weakest),
+               std::pair("weakest_share", &Point::weakest_share));
+void each_member(auto const& visit)
+{
+    std::apply([&](auto const&... member) { (visit(member.first, member.second), ...); }, point_members);
+}
+
 /// A point as a line. Infinite PSNR (equal pictures) is null.
 std::string line_of(Point const& p)
 {
     auto json = Json::object();
-    json["digest"] = p.digest;
-    json["name"] = p.name;
-    json["psnr_db"] = p.psnr_db;
-    json["modelled_ms"] = p.modelled_ms;
-    json["sram_bytes"] = p.sram_bytes;
-    json["exchanged_bytes"] = p.exchanged_bytes;
-    json["lost"] = p.lost;
-    json["left_out"] = p.left_out;
-    json["refused"] = p.refused;
-    json["picture"] = p.picture;
-    json["cycles"] = p.cycles;
-    json["exchanges"] = p.exchanges;
-    json["passes"] = p.passes;
-    json["pairs"] = p.pairs;
-    json["first_ms"] = p.first_ms;
-    json["later_ms"] = p.later_ms ? Json(*p.later_ms) : Json();
-    json["slowest_to_mean"] = p.slowest_to_mean;
-    json["host_ms"] = p.host_ms;
-    json["storage"] = p.storage;
-    json["channel"] = p.channel;
-    json["waiting"] = p.waiting;
-    json["beam"] = p.beam;
-    json["whole_channels"] = p.whole_channels;
-    json["weakest"] = p.weakest;
-    json["weakest_share"] = p.weakest_share;
+    each_member([&](char const* name, auto member) {
+        if constexpr (requires { (p.*member).value(); }) json[name] = p.*member ? Json(*(p.*member)) : Json();
+        else json[name] = p.*member;
+    });
     auto line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     line.pop_back(); // "}"
     return line + std::string(check_member) + shared::sha256(line) + "\"}\n";
@@ -145,26 +141,13 @@ try {
     if (line != before + std::string(check_member) + shared::sha256(before) + "\"}") return {};
     auto const json = Json::parse(line);
     Point p;
-    p.digest = json.at("digest").get<std::string>();
-    p.name = json.at("name").get<std::string>();
-    p.psnr_db = json.at("psnr_db").is_null() ? std::numeric_limits<double>::infinity() : json.at("psnr_db").get<double>();
-    p.modelled_ms = json.at("modelled_ms").get<double>();
-    p.left_out = json.at("left_out").get<std::string>();
-    p.refused = json.at("refused").get<std::string>();
-    p.picture = json.at("picture").get<std::string>();
-    p.first_ms = json.at("first_ms").get<double>();
-    if (!json.at("later_ms").is_null()) p.later_ms = json.at("later_ms").get<double>();
-    p.slowest_to_mean = json.at("slowest_to_mean").get<double>();
-    p.host_ms = json.at("host_ms").get<double>();
-    p.whole_channels = json.at("whole_channels").get<bool>();
-    p.weakest = json.at("weakest").get<std::string>();
-    p.weakest_share = json.at("weakest_share").get<double>();
-    for (auto const& [key, to] : {std::pair("sram_bytes", &p.sram_bytes), std::pair("exchanged_bytes", &p.exchanged_bytes), std::pair("lost", &p.lost),
-                                  std::pair("cycles", &p.cycles), std::pair("exchanges", &p.exchanges), std::pair("passes", &p.passes), std::pair("pairs", &p.pairs)})
-        *to = json.at(key).get<std::uint64_t>();
-    for (auto const& [key, to] : {std::pair("storage", &p.storage), std::pair("channel", &p.channel), std::pair("beam", &p.beam),
-                                  std::pair("waiting", &p.waiting)})
-        *to = json.at(key).get<std::uint32_t>();
+    p.psnr_db = std::numeric_limits<double>::infinity();
+    each_member([&](char const* name, auto member) {
+        auto const& value = json.at(name);
+        if (value.is_null()) return; // infinite, or no such time
+        if constexpr (requires { (p.*member).value(); }) p.*member = value.template get<double>();
+        else value.get_to(p.*member);
+    });
     return p;
 } catch (Json::exception const&) { // of another version
     return {};
@@ -183,8 +166,8 @@ std::map<std::string, Point> read_points(fs::path const& out, std::string& note)
         else if (!point->picture.empty() && !fs::is_regular_file(out / point->picture, refused)) ++gone;
         else found.insert_or_assign(point->digest, std::move(*point));
     }
-    for (auto const& [count, what] : {std::pair(edited, "lines that were edited, or that another version wrote"),
-                                      std::pair(gone, "points whose picture is gone")})
+    for (auto const& [count, what] :
+         {std::pair(edited, "lines that were edited, or that another version wrote"), std::pair(gone, "points whose picture is gone")})
         if (count != 0) note += std::string("note: ") + points_file + ": " + what + ": " + thousands(count) + "; they are measured again\n";
     return found;
 }

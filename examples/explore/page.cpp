@@ -1,18 +1,15 @@
 #include "page.hpp"
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <span>
 #include <tilemesh/model/explore.hpp>
 #include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/quality.hpp>
 #include <utility>
 
 namespace explore {

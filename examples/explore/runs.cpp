@@ -6,15 +6,13 @@
 #include <array>
 #include <bit>
 #include <chrono>
-#include <cstdint>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/model/confidence.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/renderer.hpp>

@@ -1,18 +1,14 @@
 #pragma once
 #include "study.hpp"
-#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/explore.hpp>
-#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/run_report.hpp>
 #include <vector>
 
 namespace explore {

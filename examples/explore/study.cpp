@@ -1,22 +1,18 @@
 #include "study.hpp"
 #include "../shared/input_rows.hpp"
-#include "../shared/json_text.hpp"
 #include "../shared/model_input.hpp"
 #include "../shared/option_json.hpp"
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
 #include <algorithm>
-#include <fstream>
 #include <initializer_list>
 #include <iterator>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <utility>
 
 namespace explore {
 

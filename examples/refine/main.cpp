@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <iostream>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/refiner.hpp>

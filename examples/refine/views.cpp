@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>

@@ -1,6 +1,5 @@
 #pragma once
 #include "options.hpp"
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <tilemesh/mapping/view_sums.hpp>

@@ -9,7 +9,6 @@
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/splat/bounded.hpp>
 #include <tilemesh/splat/setup_types.hpp>
-#include <vector>
 
 namespace render_map {
 

@@ -2,14 +2,10 @@
 #include "../shared/text.hpp"
 #include "outputs.hpp"
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <string>
 #include <tilemesh/report/causes.hpp>
-#include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/image_file.hpp>
 #include <tilemesh/scene/records.hpp>
-#include <vector>
 
 namespace {
 

@@ -1,7 +1,5 @@
 #include "choice.hpp"
 #include "ranks.hpp"
-#include <algorithm>
-#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
 
@@ -67,8 +65,10 @@ std::unique_ptr<tilemesh::Renderer> make_renderer(Choice const& choice, tilemesh
     std::unique_ptr<tilemesh::Renderer> renderer;
     if (ranks::number() > 1) {
         auto const within = options.program == Program::homes ? options : render::within(homes_of(choice, demand.sh_degree), options);
-        auto const homes = [&choice, &demand, within](tilemesh::scene::Map const&) { return ranks::make_homes(choice, demand, within); };
-        auto core = options.program == Program::homes ? homes(map) : ranks::make(choice, demand, options);
+        auto const homes = [&choice, &demand, within](tilemesh::scene::Map const&) {
+            return ranks::parts().make(Program::homes, choice, demand, within);
+        };
+        auto core = options.program == Program::homes ? homes(map) : ranks::parts().make(options.program, choice, demand, options);
         auto const may_fit = render::may_fit_anchored(demand.gaussians - demand.culled, core->setup(), options);
         renderer = choice.stays_anchored || options.program == Program::homes
                        ? std::make_unique<tilemesh::Renderer>(std::move(core))

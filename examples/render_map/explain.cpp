@@ -1,7 +1,6 @@
 #include "explain.hpp"
 #include "../shared/text.hpp"
 #include "ranks.hpp"
-#include "setup_rows.hpp"
 #include <cstdint>
 #include <span>
 #include <string>
@@ -9,7 +8,6 @@
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <utility>
 
 namespace render_map {
 
@@ -50,8 +48,9 @@ std::string exploring_option(Options const& o)
     if (o.renderer.hops != 0) return "--hops";
     if (o.channel_slots) return "--channel-slots";
     if (o.storage_slots) return "--storage-slots";
-    for (auto const& row : policy_rows) // ranks alone need no record that is not seen
-        if (row.name != "priority" && o.choice.names(row.name)) return "--" + std::string(row.name);
+    using tilemesh::render::SetupField;
+    for (auto const& field : tilemesh::render::setup_fields) // ranks alone need no record that is not seen
+        if (field.use == SetupField::everyone && field.name != "priority" && o.choice.names(field.name)) return "--" + std::string(field.name);
     if (o.choice.planes()) return o.choice.depth ? "--depth" : "--alpha";
     return {};
 }
@@ -75,7 +74,7 @@ Needs needs_of(Options const& options, scene::Map const& map, std::vector<splat:
     if (options.choice.preset() != "lossless") rules.footprint = splat::Paper::footprint;
     rules = tilemesh::with_options(rules, options.renderer);
     if (ranks::number() > 1)
-        needs.seen = ranks::demand_of(path, rules, options.renderer);
+        needs.seen = ranks::parts().demand_of(path, rules, options.renderer);
     else
         needs.seen = scene::demand_of(map, std::span(path), rules, [&](splat::Camera const& camera) {
             return tilemesh::tiling_for(options.renderer, camera.width, camera.height);

@@ -1,7 +1,6 @@
 #include "frame_writer.hpp"
 #include "../shared/png.hpp"
 #include "outputs.hpp"
-#include <cstddef>
 #include <tilemesh/report/image_file.hpp>
 #include <utility>
 

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <future>
 #include <optional>
-#include <string>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/report/run_report.hpp>
 #include <tilemesh/report/y4m.hpp>

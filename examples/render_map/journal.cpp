@@ -12,7 +12,6 @@
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>

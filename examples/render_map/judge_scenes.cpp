@@ -4,11 +4,9 @@
 #include "../shared/text.hpp"
 #include "certify.hpp"
 #include "choice.hpp"
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <glm/vec3.hpp>
 #include <iterator>

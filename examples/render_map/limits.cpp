@@ -1,17 +1,18 @@
 #include "limits.hpp"
+#include "../shared/model_input.hpp"
 #include "../shared/text.hpp"
 #include "choice.hpp"
 #include <algorithm>
-#include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <optional>
-#include <string>
 #include <tilemesh/error.hpp>
+#include <tilemesh/model/machine_file.hpp>
+#include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/table.hpp>
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
-#include <vector>
 
 namespace render_map {
 
@@ -31,6 +32,16 @@ std::string by(std::uint64_t width, std::uint64_t height)
 std::string words(char const* option, Extent2 value)
 {
     return std::string(option).append(" ") + std::to_string(value.width) + "x" + std::to_string(value.height);
+}
+
+/// The sizes of the shots. Many shots have one size; it is there once.
+std::vector<Extent2> sizes_of(std::vector<Shot> const& shots)
+{
+    std::vector<Extent2> sizes;
+    for (auto const& shot : shots)
+        if (sizes.empty() || sizes.back().width != shot.camera.width || sizes.back().height != shot.camera.height)
+            sizes.push_back({shot.camera.width, shot.camera.height});
+    return sizes;
 }
 
 std::uint32_t parts(std::uint32_t size, std::uint32_t tile)
@@ -191,6 +202,48 @@ std::vector<Other> others(Options const& options, Needs const& needs, std::initi
 
 } // namespace
 
+void load_machine(Options& options)
+{
+    if (!options.machine) return;
+    auto file = std::make_shared<tilemesh::MachineFile const>(
+        shared::load_model(*options.machine, tilemesh::read_machine_file, "machine", "name mk2, test, or a file as examples/machines/bow.txt"));
+    options.choice.file = size_of(*file);
+    options.choice.channel_slots = options.channel_slots.value_or(0);
+    auto const grid = grid_of(*file);
+    if (options.renderer.grid.width == 0 && options.renderer.tile.width == 0 && grid) options.renderer.grid = {grid->width, grid->height};
+    options.machine_file = std::move(file);
+}
+
+void fit_machine(Options& options, std::vector<Shot> const& shots, std::uint64_t records, std::uint32_t sh_degree, std::vector<std::string>& notes)
+{
+    if (!options.machine_file) return;
+    auto const sizes = sizes_of(shots);
+    for (auto const& size : sizes) {
+        auto const tiling = tilemesh::tiling_for(options.renderer, size.width, size.height);
+        auto const pixels = std::uint64_t{tiling.tile_width} * tiling.tile_height;
+        options.choice.tile_pixels = std::max(options.choice.tile_pixels, static_cast<std::uint32_t>(std::min<std::uint64_t>(pixels, 0xfffffffeu)));
+    }
+    if (!options.channel_slots) {
+        auto kept = options.choice;
+        kept.keeps_homes = true;
+        auto const homes = homes_of(kept, sh_degree);
+        options.choice.keeps_homes = std::all_of(
+            sizes.begin(), sizes.end(), [&](Extent2 size) { return tilemesh::render::keeps_sizes(homes, options.renderer, size, records); });
+    }
+    notes.push_back(machine_text(*options.machine_file));
+}
+
+std::string free_sram(Options const& options, tilemesh::report::RunReport const& run)
+{
+    std::uint64_t used = 0;
+    for (auto const& region : run.machine.ledger) used += region.budgeted ? region.bytes : 0;
+    if (!options.machine_file || used > run.machine.sram_bytes) return {};
+    auto const free = run.machine.sram_bytes - used;
+    if (free < run.machine.sram_bytes / 10) return {};
+    return thousands(free) + " of a tile's " + thousands(run.machine.sram_bytes) + " bytes stay free: preset " + run.preset + " has no more than " +
+           thousands(run.machine.storage_slots) + " slots of storage";
+}
+
 void check_homes(Options const& options, Needs const& needs, std::vector<Shot> const& shots)
 {
     bool const homes = options.renderer.program == tilemesh::report::Program::homes;
@@ -199,12 +252,8 @@ void check_homes(Options const& options, Needs const& needs, std::vector<Shot> c
     auto unlimited = options.renderer;
     unlimited.held_slots = 0;
     std::uint32_t held = choice.sizes.storage;
-    Extent2 last{};
-    for (auto const& shot : shots) { // many shots have one size
-        if (shot.camera.width == last.width && shot.camera.height == last.height) continue;
-        last = {shot.camera.width, shot.camera.height};
-        held = std::min(held, tilemesh::render::layout_homes(choice, unlimited, last, needs.seen.gaussians - needs.used.culled).setup.sizes.storage);
-    }
+    for (auto const& size : sizes_of(shots))
+        held = std::min(held, tilemesh::render::layout_homes(choice, unlimited, size, needs.seen.gaussians - needs.used.culled).setup.sizes.storage);
     auto const check = [&](char const* option, std::optional<std::uint32_t> asked, std::uint32_t most, char const* what) {
         if (asked && (*asked == 0 || *asked > most))
             throw Error(std::string(option) + " cannot be " + std::to_string(*asked) + " (homes on machine " + choice.machine.name + " have 1 to " +
@@ -267,14 +316,10 @@ MachineKind machine_for(Options const& options, std::vector<Shot> const& shots, 
 {
     auto const machine = options.choice.machine;
     if (options.machine_named || options.choice.stays_anchored || options.renderer.grid.width != 0) return machine;
-    auto const no_room = std::find_if(shots.begin(), shots.end(), [&, last = Extent2{}](Shot const& shot) mutable {
-        Extent2 const size{shot.camera.width, shot.camera.height};
-        if (size.width == last.width && size.height == last.height) return false;
-        last = size;
-        return !homes_have_room(options, size);
-    });
-    if (no_room == shots.end()) return machine;
-    notes.push_back("machine test (64 MiB a tile): a frame of " + by(no_room->camera.width, no_room->camera.height) + " pixels has no room on mk2");
+    auto const sizes = sizes_of(shots);
+    auto const no_room = std::find_if(sizes.begin(), sizes.end(), [&](Extent2 size) { return !homes_have_room(options, size); });
+    if (no_room == sizes.end()) return machine;
+    notes.push_back("machine test (64 MiB a tile): a frame of " + by(no_room->width, no_room->height) + " pixels has no room on mk2");
     return MachineKind::test;
 }
 

@@ -12,7 +12,6 @@
 #include "journal.hpp"
 #include "judge_scenes.hpp"
 #include "limits.hpp"
-#include "machine.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "photographs.hpp"
@@ -258,16 +257,16 @@ int run(Options options)
     bool const in_parts = render_map::ranks::number() > 1;
     shared::MapInput whole; // a part is turned and reduced later
     whole.antialias = options.antialias;
-    auto map = in_parts ? render_map::ranks::load(options, [&] { return shared::load_maps(options.maps, whole); })
+    auto map = in_parts ? render_map::ranks::parts().load(options, [&] { return shared::load_maps(options.maps, whole); })
                         : shared::load_maps(options.maps, options);
-    auto const gaussians = in_parts ? render_map::ranks::gaussians() : map.gaussians.size();
+    auto const gaussians = in_parts ? render_map::ranks::parts().gaussians() : map.gaussians.size();
     require_gaussians(map, gaussians);
     require_followed(options, map);
     std::vector<std::string> notes;
     auto const file_degree = map.sh_degree;
-    if (in_parts && options.sh_degree < map.sh_degree) render_map::ranks::at_degree(options.sh_degree);
+    if (in_parts && options.sh_degree < map.sh_degree) render_map::ranks::parts().at_degree(options.sh_degree);
     map = shared::at_degree(std::move(map), options, notes);
-    auto shape = in_parts ? render_map::ranks::shape_of(map.name) : shared::shape_of(map);
+    auto shape = in_parts ? render_map::ranks::parts().shape_of(map.name) : shared::shape_of(map);
     shape.origin = map.origin;
     std::vector<std::filesystem::path> sized_by;
     std::vector<std::string> names;

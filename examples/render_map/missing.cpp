@@ -1,6 +1,5 @@
 #include "missing.hpp"
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <tilemesh/report/frame_report.hpp>
@@ -15,6 +14,14 @@ using report::thousands;
 
 namespace {
 
+/// "frame_0000.png lacks ", or of `frames` of several pictures the worst: "2 of 5 pictures lack something, most of all frame_0003.png: ".
+std::string beginning(report::RunReport const& run, std::ptrdiff_t frames, report::RunFrame const& worst)
+{
+    if (run.frames.size() == 1) return worst.image + " lacks ";
+    return thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
+           (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
+}
+
 /// The pictures that a bound on rounds cut short, and of these the one that is cut at the most tiles.
 std::string unfinished_text(report::RunReport const& run)
 {
@@ -23,13 +30,8 @@ std::string unfinished_text(report::RunReport const& run)
     if (frames == 0) return {};
     auto const& worst = *std::max_element(run.frames.begin(), run.frames.end(), [&](auto const& a, auto const& b) { return cut(a) < cut(b); });
     auto const& nearest = report::nearest_cut(worst.report);
-    std::string text;
-    if (run.frames.size() == 1) text = worst.image + " lacks ";
-    else
-        text = thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
-               (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
     auto const tiles = cut(worst);
-    return text + "what is far on " + thousands(tiles) + (tiles == 1 ? " tile" : " tiles") + " (" + thousands(tiles) +
+    return beginning(run, frames, worst) + "what is far on " + thousands(tiles) + (tiles == 1 ? " tile" : " tiles") + " (" + thousands(tiles) +
            " unfinished, cut at depth " + report::decimals(double{nearest.depth}, 3) + " or behind, the nearest on tile " + std::to_string(nearest.tile) + ")";
 }
 
@@ -52,12 +54,7 @@ std::string missing_text(report::RunReport const& run)
     for (auto const& loss : worst.report.lost) ++causes[loss.cause];
     auto const records = static_cast<std::uint64_t>(whole(worst));
     auto const copies = lacks(worst) - records;
-
-    std::string text;
-    if (run.frames.size() == 1) text = worst.image + " lacks ";
-    else
-        text = thousands(static_cast<std::uint64_t>(frames)) + " of " + thousands(run.frames.size()) +
-               (frames == 1 ? " pictures lacks something, " : " pictures lack something, most of all ") + worst.image + ": ";
+    auto text = beginning(run, frames, worst);
     if (records != 0) text += thousands(records) + " of the map's " + thousands(run.map.gaussians) + " Gaussians";
     if (copies != 0) text += (records != 0 ? " and " : "") + thousands(copies) + (copies == 1 ? " copy" : " copies") + (records != 0 ? " of others" : "");
     std::string separator = " (";

@@ -3,7 +3,6 @@
 #include "ranks.hpp"
 #include <algorithm>
 #include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <list>
 #include <memory>
@@ -244,16 +243,6 @@ private:
     std::uint32_t number_;
 };
 
-std::unique_ptr<tilemesh::render::Core> make_numbered(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options, bool homes)
-{
-    std::uint32_t const number = homes ? 1 : 0;
-    Plan plan{homes ? homes_of(choice, std::min(demand.sh_degree, part.sh_degree)) : setup_for(choice, demand), options, demand.visible.empty(),
-              demand.culled, demand.sh_degree, demand.moves, demand.spans};
-    Command command{.order = Order::make, .number = number};
-    share(command);
-    return std::make_unique<OrderingCore>(make_in_all(plan, demand.scanned), number);
-}
-
 /// Obeys the first process until its end. An Error of a frame is the first process's Error, too, which reports it.
 int serve()
 {
@@ -336,67 +325,79 @@ std::uint32_t ranks::on_this_host() noexcept
     return here;
 }
 
-scene::Map ranks::load(Options const& options, std::function<scene::Map()> const& load_all)
-{
-    // An error of the first process comes before the others begin: it is that of one process.
-    std::optional<scene::MapPart> mine;
-    std::vector<char> path;
-    std::error_code unknown; // then `load_all` says what is wrong
-    if (options.maps.size() == 1 && std::filesystem::is_regular_file(options.maps[0], unknown)) {
-        auto const text = options.maps[0].string();
-        path.assign(text.begin(), text.end());
-        mine = scene::load_ply_part(options.maps[0], 0, all->size());
-        // Far means are moved by one origin, which needs the whole map.
-        if (mine && scene::has_far_means(mine->map)) mine.reset();
-    }
-    bool const in_parts = mine.has_value();
-    if (!in_parts) mine.emplace().map = load_all();
-    Command command{.order = Order::load};
-    share(command);
-    auto const degree = mine->map.sh_degree;
-    auto joined = load_in_all({in_parts, options.turn, degree}, std::move(path), std::move(*mine));
-    auto map = in_parts ? scene::with_all_notes(std::move(joined)) : std::move(joined.map); // `load_all` has written all notes
-    scene::Map described{map.name, map.path, {}, map.sh_degree, {}, map.rejected, map.notes, map.origin};
-    part = std::move(map);
-    part.notes.clear();
-    return described;
-}
-std::uint64_t ranks::gaussians()
-{
-    return rows_of_all;
-}
-MapShape ranks::shape_of(std::string name)
-{
-    auto const outline = [had = std::make_shared<std::optional<Outline>>()]() -> Outline const& {
-        if (*had) return **had;
-        Command command{.order = Order::send_outline};
+namespace {
+
+class AllParts final : public ranks::Parts {
+public:
+    scene::Map load(Options const& options, std::function<scene::Map()> const& load_all) override
+    {
+        // An error of the first process comes before the others begin: it is that of one process.
+        std::optional<scene::MapPart> mine;
+        std::vector<char> path;
+        std::error_code unknown; // then `load_all` says what is wrong
+        if (options.maps.size() == 1 && std::filesystem::is_regular_file(options.maps[0], unknown)) {
+            auto const text = options.maps[0].string();
+            path.assign(text.begin(), text.end());
+            mine = scene::load_ply_part(options.maps[0], 0, all->size());
+            // Far means are moved by one origin, which needs the whole map.
+            if (mine && scene::has_far_means(mine->map)) mine.reset();
+        }
+        bool const in_parts = mine.has_value();
+        if (!in_parts) mine.emplace().map = load_all();
+        Command command{.order = Order::load};
         share(command);
-        return had->emplace(send_outline());
-    };
-    return {std::move(name), [outline] { return scene::robust_centre(outline()); },
-            [outline](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(outline(), size, up, degrees); },
-            [outline](splat::Camera const& camera) { return scene::near_for(outline(), camera); }};
-}
-void ranks::at_degree(std::uint32_t degree)
+        auto const degree = mine->map.sh_degree;
+        auto joined = load_in_all({in_parts, options.turn, degree}, std::move(path), std::move(*mine));
+        auto map = in_parts ? scene::with_all_notes(std::move(joined)) : std::move(joined.map); // `load_all` has written all notes
+        scene::Map described{map.name, map.path, {}, map.sh_degree, {}, map.rejected, map.notes, map.origin};
+        part = std::move(map);
+        part.notes.clear();
+        return described;
+    }
+    std::uint64_t gaussians() override { return rows_of_all; }
+    MapShape shape_of(std::string name) override
+    {
+        auto const outline = [had = std::make_shared<std::optional<Outline>>()]() -> Outline const& {
+            if (*had) return **had;
+            Command command{.order = Order::send_outline};
+            share(command);
+            return had->emplace(send_outline());
+        };
+        return {std::move(name), [outline] { return scene::robust_centre(outline()); },
+                [outline](scene::Size size, glm::dvec3 up, double degrees) { return scene::frame_whole(outline(), size, up, degrees); },
+                [outline](splat::Camera const& camera) { return scene::near_for(outline(), camera); }};
+    }
+    void at_degree(std::uint32_t degree) override
+    {
+        Command command{.order = Order::cut, .number = degree};
+        share(command);
+        part = scene::at_degree(std::move(part), degree);
+    }
+    scene::Demand demand_of(std::vector<splat::Camera> const& path, splat::Rules const& rules, tilemesh::RendererOptions const& options) override
+    {
+        Command command{.order = Order::scan, .rules = rules, .options = options};
+        share(command);
+        scan(path, rules, options);
+        return seen;
+    }
+    std::unique_ptr<tilemesh::render::Core> make(tilemesh::report::Program program, Choice const& choice, scene::Demand const& demand,
+                                                 tilemesh::RendererOptions const& options) override
+    {
+        bool const homes = program == tilemesh::report::Program::homes;
+        Command command{.order = Order::make, .number = homes ? 1u : 0u};
+        Plan plan{homes ? homes_of(choice, std::min(demand.sh_degree, part.sh_degree)) : setup_for(choice, demand), options, demand.visible.empty(),
+                  demand.culled, demand.sh_degree, demand.moves, demand.spans};
+        share(command);
+        return std::make_unique<OrderingCore>(make_in_all(plan, demand.scanned), command.number);
+    }
+};
+
+} // namespace
+
+ranks::Parts& ranks::parts()
 {
-    Command command{.order = Order::cut, .number = degree};
-    share(command);
-    part = scene::at_degree(std::move(part), degree);
-}
-scene::Demand ranks::demand_of(std::vector<splat::Camera> const& path, splat::Rules const& rules, tilemesh::RendererOptions const& options)
-{
-    Command command{.order = Order::scan, .rules = rules, .options = options};
-    share(command);
-    scan(path, rules, options);
-    return seen;
-}
-std::unique_ptr<tilemesh::render::Core> ranks::make(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
-{
-    return make_numbered(choice, demand, options, false);
-}
-std::unique_ptr<tilemesh::render::Core> ranks::make_homes(Choice const& choice, scene::Demand const& demand, tilemesh::RendererOptions const& options)
-{
-    return make_numbered(choice, demand, options, true);
+    static AllParts parts;
+    return parts;
 }
 
 } // namespace render_map

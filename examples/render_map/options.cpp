@@ -1,15 +1,12 @@
 #include "options.hpp"
 #include "../shared/input_rows.hpp"
 #include "ranks.hpp"
-#include "setup_rows.hpp"
 #include <algorithm>
-#include <span>
 #include <string_view>
 #include <thread>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
-#include <vector>
 
 namespace render_map {
 
@@ -18,6 +15,7 @@ namespace {
 using namespace shared;
 using tilemesh::Error;
 using tilemesh::RendererOptions;
+using tilemesh::render::setup_field, tilemesh::render::setup_fields;
 
 /// "30", or "30000/1001".
 void set_frame_rate(Options& o, OptionValue const& given)
@@ -40,6 +38,40 @@ constexpr Option<Options> picture_rows[] = {
     option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds"),
     option<&Options::bound>("bound", "", "bound each pixel's error on the tiles, too: frame_0000.bound.pfm (a second mesh)"),
     option<&Options::judge_scenes>("judge-scenes", "DIR", "write 12 small maps with bounding pictures, to judge other renderers; nothing else")};
+
+constexpr Word fits[] = {{"scene", true}, {"off", false}};
+
+void set_machine(Options& o, OptionValue const& given)
+{
+    auto const text = given.text;
+    o.machine_named = true;
+    if (text.find_first_of("./") != text.npos) { // a name has neither
+        o.machine = text;
+        o.choice.machine = MachineKind::file;
+    } else if (auto const machine = setup_fields[setup_field("machine")].values.read(text)) {
+        o.choice.machine = static_cast<MachineKind>(static_cast<std::uint32_t>(*machine));
+    } else {
+        throw Misfit{"there are mk2, test and files"};
+    }
+}
+
+constexpr Option<Options> setup_rows[] = {
+    listed<setup_field("preset"), &Options::choice, &Choice::fields>("lossless"),
+    field<setup_field("program"), &Options::renderer, &RendererOptions::program>("NAME", "auto"),
+    {{"machine", "NAME|FILE", "mk2 | test (64 MiB per tile) | a file (see below)", Form::text, 0, 0, {}, {}, "test", {}, "mk2 if it has room"},
+     set_machine},
+    option<&Options::renderer, &RendererOptions::grid>("grid", "WxH", "number of tiles [40x36, or as many as --size and --tile need]", {1, 65535},
+                                                       {}, "40x36"),
+    option<&Options::renderer, &RendererOptions::tile>("tile", "WxH", "pixels per tile [the frame spread evenly over the grid]", {1, 65535}, {},
+                                                       "32x20"),
+    field<setup_field("channel-slots"), &Options::channel_slots>("N", "the preset's slots", "limit each channel to N records"),
+    field<setup_field("storage-slots"), &Options::storage_slots>("N", "the preset's slots", "limit the storage of each tile to N records"),
+    field<setup_field("footprint"), &Options::renderer, &RendererOptions::footprint>("NAME", "the preset's", "{}"),
+    field<setup_field("arithmetic"), &Options::renderer, &RendererOptions::arithmetic>("NAME", "fast"),
+    field<setup_field("quality"), &Options::renderer, &RendererOptions::quality>("NAME", "the preset's", "see below: {}", 1),
+    words<&Options::choice, &Choice::fit>("fit", "NAME", "scene (leave out features that the scene does not need) | off [scene]", fits)};
+constexpr auto renderer_rows = rows_of_renderer<&Options::renderer>();
+constexpr auto policy_rows = rows_of_everyone([](auto field) { return listed<field(), &Options::choice, &Choice::fields>("the preset's"); });
 
 constexpr Word engines[] = {{"threads", EngineKind::threads}, {"sequential", EngineKind::sequential}};
 constexpr Option<Options> engine_rows[] = {

@@ -3,22 +3,17 @@
 #include "../shared/text.hpp"
 #include "journal.hpp"
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
-#include <string_view>
 #include <sys/stat.h>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/distinct_files.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/colmap.hpp>
-#include <tilemesh/scene/map_file.hpp>
 #include <unistd.h>
-#include <vector>
 
 namespace render_map {
 

@@ -7,11 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <fstream>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -26,18 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace report = tilemesh::report;
+using shared::by, shared::same;
 using tilemesh::Error;
 using tilemesh::scene::Size;
-
-std::string by(Size size)
-{
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
-bool same(Size a, Size b)
-{
-    return a.width == b.width && a.height == b.height;
-}
 
 std::array<float, 3> background_of(Options const& options)
 {

@@ -1,7 +1,6 @@
 #pragma once
 #include "options.hpp"
 #include "shots.hpp"
-#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -1,5 +1,4 @@
 #include "reference.hpp"
-#include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 
 tilemesh::report::Image render_map::reference_of(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,

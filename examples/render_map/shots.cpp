@@ -1,10 +1,8 @@
 #include "shots.hpp"
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <utility>
 

@@ -7,12 +7,10 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <string>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/table.hpp>
-#include <utility>
 #include <vector>
 
 namespace render_map {

@@ -20,14 +20,11 @@
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/frame_report.hpp>
-#include <tilemesh/report/html.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/string_stream.hpp>
-#include <tilemesh/report/table.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/splat/operations.hpp>
 
@@ -71,27 +68,26 @@ std::vector<TileMap> heat_maps(tilemesh::Trace const& trace, tilemesh::CostModel
     };
     auto of_trace = tilemesh::trace_maps(trace, model, grid); // channel fill, busy and idle cycles
     std::vector<TileMap> maps;
-    maps.push_back({"load", "Load", "records stored when the frame is over, copies among them", true,
-                    of_state([](TileState const& t) { return t.records; }), "records"});
-    maps.push_back({"copies", "Copies", "records stored whose anchor is another tile", true,
-                    of_state([](TileState const& t) { return t.copies; }), "copies"});
+    auto const add = [&](char const* name, char const* title, char const* meaning, bool sums, char const* unit, auto const& value) {
+        maps.push_back({name, title, meaning, sums, of_state(value), unit});
+    };
+    add("load", "Load", "records stored when the frame is over, copies among them", true, "records", [](TileState const& t) { return t.records; });
+    add("copies", "Copies", "records stored whose anchor is another tile", true, "copies", [](TileState const& t) { return t.copies; });
     maps.push_back(std::move(of_trace[0]));
-    maps.push_back({"refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three",
-                    true, of_state([](TileState const& t) { return t.refusals; }), "sends"});
-    maps.push_back(
-        {"drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true,
-         of_state([](TileState const& t) { return t.drops; }), "records"});
+    add("refusals", "Refusals", "sends that waited for a full channel or for credit; three waits count three", true, "sends",
+        [](TileState const& t) { return t.refusals; });
+    add("drops", "Drops", "records and copies that found no storage, and copies given up at a full channel", true, "records",
+        [](TileState const& t) { return t.drops; });
     maps.push_back(std::move(of_trace[1]));
     maps.push_back(std::move(of_trace[2]));
-    maps.push_back(
-        {"pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, of_state([](TileState const& t) { return t.pairs; }), "pairs"});
+    add("pairs", "Pairs", "Gaussian-pixel pairs evaluated", true, "pairs", [](TileState const& t) { return t.pairs; });
     if (std::any_of(tiles.begin(), tiles.end(), [](TileState const& t) { return t.rounds != 0; })) {
-        maps.push_back({"rounds", "Rounds", "rounds in which the tile was not done", true, of_state([](TileState const& t) { return t.rounds; }), "rounds"});
-        maps.push_back({"entries", "Entries", "splats that the tile received from homes in all rounds", true,
-                        of_state([](TileState const& t) { return t.entries; }), "splats"});
-        maps.push_back({"frontier", "Frontier",
-                        "depth up to which the tile's pixels are exact after its last round; of a tile with every splat, that of the farthest one", false,
-                        of_state([](TileState const& t) { return t.frontier; }), "world units"});
+        add("rounds", "Rounds", "rounds in which the tile was not done", true, "rounds", [](TileState const& t) { return t.rounds; });
+        add("entries", "Entries", "splats that the tile received from homes in all rounds", true, "splats",
+            [](TileState const& t) { return t.entries; });
+        add("frontier", "Frontier",
+            "depth up to which the tile's pixels are exact after its last round; of a tile with every splat, that of the farthest one", false,
+            "world units", [](TileState const& t) { return t.frontier; });
     }
     return maps;
 }

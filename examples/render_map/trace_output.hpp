@@ -12,7 +12,6 @@
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/run_report.hpp>
-#include <tilemesh/report/table.hpp>
 #include <utility>
 #include <vector>
 

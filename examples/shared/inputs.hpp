@@ -6,7 +6,6 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>

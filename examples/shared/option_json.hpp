@@ -1,15 +1,48 @@
 #pragma once
 #include "option_table.hpp"
+#include "text.hpp"
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tilemesh/error.hpp>
 #include <vector>
 
-/// Rows of options as JSON: settings of C and Python, keys of studies.
+/// JSON that a user wrote, and rows of options as JSON: settings of C and Python, keys of studies.
 namespace shared {
+
+/// Reads JSON that a user wrote. Throws `tilemesh::Error` for a text that is no JSON, and for what JSON allows and no program here can mean: a
+/// number that no double holds, a key that comes twice in an object, more than 64 lists and objects inside each other. `name` begins the error.
+inline nlohmann::ordered_json json_of(std::string_view text, std::string const& name)
+{
+    using Json = nlohmann::ordered_json;
+    auto const refuse = [&](std::string const& problem, std::string const& todo) {
+        throw tilemesh::Error(one_line(name) + " " + problem + "; " + todo);
+    };
+    std::vector<std::set<std::string>> keys;
+    auto const look = [&](int depth, Json::parse_event_t event, Json& value) {
+        if (depth > 64) refuse("cannot be read (lists and objects are more than 64 deep)", "write fewer inside each other");
+        if (event == Json::parse_event_t::object_start) keys.emplace_back();
+        else if (event == Json::parse_event_t::object_end) keys.pop_back();
+        else if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
+            refuse("repeats a key (\"" + one_line(value.get<std::string>(), 60) + "\" is there twice in one object)", "remove one of them");
+        return true;
+    };
+    try {
+        return Json::parse(text, look);
+    } catch (Json::parse_error const& error) {
+        auto const line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size())), '\n');
+        refuse("is no JSON (line " + std::to_string(line) + " ends what can be read)", "correct it there");
+    } catch (Json::exception const& error) { // "[json.exception.out_of_range.406] number overflow parsing '1e400'"
+        std::string const why = error.what();
+        refuse("cannot be read (" + why.substr(std::min(why.find("] ") + 2, why.size())) + ")", "write a number that a double can hold");
+    }
+    return {};
+}
 
 /// Sets an option from JSON: a whole number or a number, true or false, a word, [640, 360], [0, 0.5, 1]. Throws `Misfit` for another value.
 template <class Of, class Json>
@@ -73,13 +106,6 @@ auto find_row(Rows const& rows, std::string_view name)
 {
     auto const at = std::find_if(std::begin(rows), std::end(rows), [name](auto const& row) { return row.name == name; });
     return at == std::end(rows) ? nullptr : &*at;
-}
-template <class Rows>
-std::vector<std::string_view> names_of(Rows const& rows)
-{
-    std::vector<std::string_view> names;
-    for (auto const& row : rows) names.push_back(row.name);
-    return names;
 }
 
 } // namespace shared

@@ -1,6 +1,5 @@
 #include "option_table.hpp"
 #include "text.hpp"
-#include <algorithm>
 #include <stdexcept>
 #include <tilemesh/error.hpp>
 

@@ -32,11 +32,6 @@ struct OptionValue {
     std::uint64_t whole = 0;       ///< of whole, word and flag (1)
     double number = 0;
     std::array<double, 3> three{}; ///< of size, too
-    template <class T>
-    T as() const
-    {
-        return static_cast<T>(whole);
-    }
 };
 
 /// Thrown for a value that an option cannot have: "it takes a whole number from 1 to 64".

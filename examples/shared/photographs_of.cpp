@@ -3,8 +3,6 @@
 #include "text.hpp"
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
 #include <limits>
 #include <map>
 #include <set>
@@ -21,14 +19,6 @@ using tilemesh::scene::Size;
 
 namespace {
 
-std::string by(Size size)
-{
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-bool same(Size a, Size b)
-{
-    return a.width == b.width && a.height == b.height;
-}
 std::vector<fs::path> parts_of(fs::path const& path)
 {
     std::vector<fs::path> parts;

@@ -9,6 +9,16 @@
 
 namespace shared {
 
+/// "640 x 360"
+inline std::string by(tilemesh::scene::Size size)
+{
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+inline bool same(tilemesh::scene::Size a, tilemesh::scene::Size b)
+{
+    return a.width == b.width && a.height == b.height;
+}
+
 /// The photograph of a camera. An empty path: there is none. `others` are cameras to which the file belongs as well or better. Without
 /// others, it is this camera's photograph. With one, it is that camera's. With more, nothing says whose it is.
 struct PhotographOf {

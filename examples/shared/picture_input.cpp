@@ -1,14 +1,12 @@
 #include "picture_input.hpp"
 #include "picture_check.hpp"
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <new>
 #include <span>
@@ -147,17 +145,15 @@ tilemesh::scene::Size picture_size(fs::path const& path)
         std::array<unsigned char, 24> begin{}; // of a PNG: up to its width and height, which `header_damage` has checked
         std::rewind(file.get());
         auto const read = std::fread(begin.data(), 1, begin.size(), file.get());
-        if (read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()) + 1, 3) == "PNG") {
-            auto const word = [&](std::size_t at) {
-                return std::uint64_t{begin[at]} << 24 | std::uint64_t{begin[at + 1]} << 16 | std::uint64_t{begin[at + 2]} << 8 | begin[at + 3];
-            };
-            auto const pixels = std::to_string(word(16)) + " x " + std::to_string(word(20)) + " pixels";
-            if (word(16) * word(20) > most_pixels || word(16) > STBI_MAX_DIMENSIONS || word(20) > STBI_MAX_DIMENSIONS)
+        if (read == begin.size() && has_text(begin, 1, "PNG")) {
+            auto const across = number_at(begin, 16, 4), down = number_at(begin, 20, 4);
+            auto const pixels = std::to_string(across) + " x " + std::to_string(down) + " pixels";
+            if (across * down > most_pixels || across > STBI_MAX_DIMENSIONS || down > STBI_MAX_DIMENSIONS)
                 throw Error(path.string() + " is too large to be read (it has " + pixels + "; a side may have " + std::to_string(STBI_MAX_DIMENSIONS) +
                             ", and a picture " + std::to_string(most_pixels) + "); write it smaller");
             fail("its header cannot be read, or is of no picture: " + pixels);
         }
-        if (read == begin.size() && std::string_view(reinterpret_cast<char const*>(begin.data()), 23) == "version https://git-lfs")
+        if (read == begin.size() && has_text(begin, 0, "version https://git-lfs"))
             throw Error(path.string() + " is a pointer of git LFS (the picture itself is not here); run git lfs pull");
         if (read > 1 && begin[0] == 0xff && begin[1] >= 0xd8) fail(std::string("its header cannot be read: ") + stbi_failure_reason());
         throw Error(path.string() + " is not a picture that is read (it is neither PNG nor JPEG); convert it to one of them");

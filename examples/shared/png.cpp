@@ -2,9 +2,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
-#include <string>
 #include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #ifdef TILEMESH_HAS_DEFLATE
 #    include <libdeflate.h>
 #endif

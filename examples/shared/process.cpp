@@ -13,7 +13,6 @@
 #include <new>
 #include <system_error>
 #include <tilemesh/error.hpp>
-#include <unistd.h>
 
 namespace shared {
 

@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <memory>
 #include <new>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
@@ -57,9 +56,8 @@ scene::Size size_of(scene::RgbdFrame const& frame)
 RgbdPhoto read_photo(scene::RgbdFrame const& frame, scene::Size size, double levels, std::string const& or_else)
 {
     auto const require_size = [&](fs::path const& file) {
-        if (auto const own = picture_size(file); own.width != size.width || own.height != size.height)
-            throw Error(file.string() + " has " + std::to_string(own.width) + " x " + std::to_string(own.height) +
-                        " pixels (the first picture has " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+        if (auto const own = picture_size(file); !same(own, size))
+            throw Error(file.string() + " has " + by(own) + " pixels (the first picture has " + by(size) +
                         ", and a depth has its picture's size); give pictures of one size");
     };
     require_size(frame.colour.file);

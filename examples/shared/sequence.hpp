@@ -19,6 +19,7 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/lens.hpp>
@@ -56,7 +57,6 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
 {
     scene::Size const own{camera.camera.width, camera.camera.height};
     auto const product = [](std::uint32_t a, std::uint32_t b) { return std::int64_t{a} * std::int64_t{b}; };
-    auto const by = [](scene::Size s) { return std::to_string(s.width) + " x " + std::to_string(s.height); };
     auto const scale = [](std::uint32_t to, std::uint32_t from) { return tilemesh::significant(static_cast<double>(to) / from, 4); };
     auto const across = scale(size.width, own.width), down = scale(size.height, own.height);
     // A side that is rounded is off by less than a pixel, so the product of the sides crosswise is off by less than the sum of the other size.
@@ -65,7 +65,7 @@ inline tilemesh::splat::Camera lens_of_pictures(scene::NamedCamera const& camera
         throw tilemesh::Error("camera " + scene::label(camera) + " of " + file + " is not the camera of these pictures (" + by(own) +
                               " pixels become " + by(size) + " with a scale of " + across + " across and " + down + " down); name a camera of the "
                               "pictures' shape");
-    if (own.width != size.width || own.height != size.height)
+    if (!same(own, size))
         notes.push_back(file + ": camera " + scene::label(camera) + " is scaled by " + across +
                         (across == down ? "" : " across and " + down + " down") + " (" + by(own) + " pixels to " + by(size) + ")");
     return scene::stretched(camera.camera, size);
@@ -76,6 +76,33 @@ inline std::string depth_note(report::Plane const& measured, double of_map)
 {
     auto const misfit = track::depth_misfit(measured, of_map, 2.0);
     return misfit.empty() ? misfit : "note: the depths of the first picture do not fit the map (" + misfit + "): check --depth-scale\n";
+}
+
+/// A number for readers: three significant digits. No printed measure is known better, and each has a unit behind it.
+inline std::string rounded(double value)
+{
+    if (!std::isfinite(value)) return "unknown";
+    return value >= 999.5 && value < 1e15 ? tilemesh::decimals(value, 0) : tilemesh::significant(value, 3); // not 1.02e+03
+}
+/// The line of a summary that compares a path with the truth, and a note if that is the truth of less than half of the pictures. `scale`: the
+/// median depth in world units.
+inline std::string error_lines(track::TrajectoryErrors const& e, double scale, std::size_t pictures)
+{
+    auto const of = std::to_string(e.poses) + " of " + std::to_string(pictures) + " pictures";
+    return "ATE " + rounded(e.ate.rmse) + " world units (" + of + "; aligned " + rounded(e.ate_aligned.rmse) + "; " + rounded(e.ate.rmse / scale) +
+           " of the median depth), " + rounded(e.rotation_deg.rmse) + " degrees; RPE " + rounded(e.rpe.rmse) + " world units and " +
+           rounded(e.rpe_deg.rmse) + " degrees a frame (" + std::to_string(e.poses - 1) + " steps)\n" +
+           (2 * e.poses < pictures ? "note: these errors are of " + of + ": the others are lost, or the trajectory has no pose for them\n" : "");
+}
+/// The members of a summary that compare a path with the truth.
+inline void add_errors(report::JsonText& json, track::TrajectoryErrors const& e)
+{
+    json.member("poses_compared", e.poses);
+    json.member("ate_rmse", e.ate.rmse);
+    json.member("ate_aligned_rmse", e.ate_aligned.rmse);
+    json.member("rpe_rmse", e.rpe.rmse);
+    json.member("rpe_deg_rmse", e.rpe_deg.rmse);
+    json.member("rotation_rmse_deg", e.rotation_deg.rmse);
 }
 
 /// What a program says of the lens that it uses.

@@ -1,16 +1,15 @@
 // Makes a map from pictures with depth, and finds the camera's pose in each.
 #include "../shared/camera_file.hpp"
 #include "../shared/camera_path.hpp"
+#include "../shared/output_files.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
-#include "../shared/report_text.hpp"
 #include "../shared/rgbd_photo.hpp"
 #include "../shared/sequence.hpp"
 #include "../shared/sha256.hpp"
 #include "../shared/text.hpp"
 #include "checkpoint.hpp"
 #include "options.hpp"
-#include "outputs.hpp"
 #include "page.hpp"
 #include <algorithm>
 #include <array>
@@ -22,18 +21,19 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <iostream>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/mapping/view_sums.hpp>
+#include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/slam/session.hpp>
 #include <tilemesh/slam/state_bytes.hpp>
@@ -41,6 +41,8 @@
 #include <tilemesh/track/pose_update.hpp>
 #include <tilemesh/track/tracker.hpp>
 #include <tilemesh/track/trajectory_error.hpp>
+#include <tuple>
+#include <type_traits>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -80,34 +82,31 @@ struct Outcome {
     std::string first_loss; ///< why the first lost frame is lost
 };
 
+/// The members of an outcome in a checkpoint, in their order.
+template <class Of, class Visit>
+void each_member(Of& o, Visit const& visit)
+{
+    auto const members = std::tie(o.done, o.truth, o.estimates, o.truths, o.frames, o.keyframes, o.first_loss, o.all_ms, o.keyframe_ms, o.evaluations,
+                                  o.lost, o.keyframe_count);
+    std::apply([&](auto&... member) { (visit(member), ...); }, members);
+}
 void save(Outcome const& out, slam::StateWriter& to)
 {
-    to.put_all(out.done);
-    to.put_all(out.truth);
-    to.put_all(out.estimates);
-    to.put_all(out.truths);
-    to.put_text(out.frames);
-    to.put_text(out.keyframes);
-    to.put_text(out.first_loss);
-    for (double const ms : {out.all_ms, out.keyframe_ms}) to.put(ms);
-    for (std::uint64_t const n : {out.evaluations, std::uint64_t{out.lost}, std::uint64_t{out.keyframe_count}}) to.put(n);
+    each_member(out, [&]<class T>(T const& member) {
+        if constexpr (std::is_same_v<T, std::string>) to.put_text(member);
+        else if constexpr (std::is_arithmetic_v<T>) to.put(member);
+        else to.put_all(member);
+    });
 }
 /// Reads what `save` wrote.
 Outcome load_outcome(slam::StateReader& in)
 {
     Outcome out;
-    out.done = in.all<Done>();
-    out.truth = in.all<scene::StampedPose>();
-    out.estimates = in.all<scene::Pose>();
-    out.truths = in.all<scene::Pose>();
-    out.frames = in.text();
-    out.keyframes = in.text();
-    out.first_loss = in.text();
-    out.all_ms = in.get<double>();
-    out.keyframe_ms = in.get<double>();
-    out.evaluations = in.get<std::uint64_t>();
-    out.lost = static_cast<std::size_t>(in.get<std::uint64_t>());
-    out.keyframe_count = static_cast<std::size_t>(in.get<std::uint64_t>());
+    each_member(out, [&]<class T>(T& member) {
+        if constexpr (std::is_same_v<T, std::string>) member = in.text();
+        else if constexpr (std::is_arithmetic_v<T>) member = in.get<T>();
+        else member = in.all<typename T::value_type>();
+    });
     return out;
 }
 
@@ -399,6 +398,35 @@ int map_all(Options const& o, Source const& source, scene::Map map, scene::Intri
     return end_of(o, out, count, cut, printer);
 }
 
+/// The files in the folder of --out, in the order in which they are written.
+constexpr char const* out_files[] = {"map.ply", "estimated.tum", "truth.tum", "cameras.json", "keyframes.json"};
+
+/// Makes the folder of --out, and checks that every file can be written. Throws `Error` if a file cannot be written, or would replace another
+/// file of the run or a file in `read` (`report::DistinctFiles`). It writes nothing except the folder.
+void prepare_outputs(Options const& options, std::vector<std::filesystem::path> const& read)
+{
+    constexpr char const *out_remedy = "name another directory with --out", *report_remedy = "name another file with --report",
+                         *page_remedy = "name another file with --page";
+    shared::make_folder(options.out, "--out");
+    for (char const* const name : out_files) shared::check_file(options.out / name, "a result", out_remedy);
+    if (options.resume)
+        for (char const* const name : {slam_program::checkpoint_file, slam_program::set_aside_file})
+            shared::check_file(options.out / name, "the checkpoint", out_remedy);
+    if (options.report) shared::check_file(*options.report, "the report", report_remedy);
+    if (options.page) shared::check_file(*options.page, "the page", page_remedy);
+    report::DistinctFiles files;
+    for (auto const& file : read) files.read(file);
+    if (!options.quiet) files.write_stream(STDOUT_FILENO, "standard output", "send it to another file, or use --quiet");
+    files.write_stream(STDERR_FILENO, "standard error", "send it to another file");
+    auto const is_result = [&](std::string const& name) {
+        if (options.resume && (name == slam_program::checkpoint_file || name == slam_program::set_aside_file)) return true;
+        return std::find(std::begin(out_files), std::end(out_files), name) != std::end(out_files);
+    };
+    files.write_into(options.out, is_result, "a result", out_remedy);
+    if (options.report) files.write(*options.report, "the report", report_remedy);
+    if (options.page) files.write(*options.page, "the page", page_remedy);
+}
+
 int run(Options const& o)
 {
     Printer printer(o.quiet, "the map is written; --quiet prints errors only");
@@ -420,7 +448,7 @@ int run(Options const& o)
         lens.near_depth = scene::near_for(shown, scene::make_camera(poses.empty() ? scene::pose_of(camera) : poses.front().pose, lens));
     shared::add_masks(o, size, list, notes);
     auto const read = shared::files_read(o, {o.render, o.map}, list, first.sized_by);
-    slam_program::prepare_outputs(o, read);
+    prepare_outputs(o, read);
     for (auto const& note : notes) printer.say("note: " + shared::one_line(note) + "\n");
     std::optional<slam_program::Checkpoint> kept;
     if (o.resume) kept.emplace(o, read);

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/slam/mapper.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 

@@ -1,8 +1,6 @@
 #include "page.hpp"
 #include "../shared/png.hpp"
-#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <tilemesh/report/html.hpp>
 
 namespace slam_program {

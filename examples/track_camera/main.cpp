@@ -1,24 +1,20 @@
 // Finds the poses of a camera on the mesh, from real pictures or from rendered ones that it spoils as a camera would.
 #include "../shared/camera_file.hpp"
 #include "../shared/near_note.hpp"
-#include "../shared/output_files.hpp"
 #include "../shared/png.hpp"
 #include "../shared/printer.hpp"
 #include "../shared/process.hpp"
-#include "../shared/report_text.hpp"
 #include "../shared/rgbd_photo.hpp"
 #include "../shared/sequence.hpp"
 #include "../shared/text.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
-#include "pictures.hpp"
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <iostream>
@@ -27,16 +23,13 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/json_text.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/scene/rgbd_list.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/rules.hpp>
 #include <tilemesh/splat/setup_types.hpp>
@@ -60,7 +53,6 @@ using shared::Printer;
 using shared::rounded;
 using tilemesh::Error;
 using track_camera::Options;
-using WithPlanes = splat::WithPixel<splat::Lossless, splat::WithAlpha<splat::WithDepth<splat::FloatPixel>>>;
 
 /// The frames so far.
 struct Outcome {

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <string>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 

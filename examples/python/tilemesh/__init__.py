@@ -20,6 +20,7 @@ import csv as _csv
 import ctypes
 import functools
 import json
+import math
 import os
 import re
 import shutil
@@ -323,9 +324,9 @@ class Renderer:
         """Renders a frame; None: from `start`. Records begin on the tiles where the last frame left them."""
         with self._lock:
             self._call("render", self._numbers(self.start if camera is None else camera))
-            summary = self._json("frame")
+            summary, settings = self._json("frame"), self._json("settings")
             size = summary["height"], summary["width"]
-            planes = {what: self._copy(what, size) if self._wanted(what) else None for what in ("depth", "alpha")}
+            planes = {what: self._copy(what, size) if settings[what] else None for what in ("depth", "alpha")}
             return Frame(self._copy("rgb_float", (*size, 3)), planes["depth"], planes["alpha"], summary, self._json("run"))
 
     @_door
@@ -333,8 +334,8 @@ class Renderer:
         """Begins to track with the settings' width and height: `camera` is the guess for the first picture. `depth`: pictures have one."""
         with self._lock:
             self._call("track_begin", self._numbers(camera), 1 if depth else 0)
-            self._track_lens = self._json("settings")["lens"]
             settings = self._json("settings")
+            self._track_lens = settings["lens"]
             self._track_size = settings["height"], settings["width"]
 
     @_door
@@ -387,15 +388,10 @@ class Renderer:
                             f"camera.resized{size}")
         return (ctypes.c_double * 17)(*camera.numbers)
 
-    def _wanted(self, what: str) -> bool:
-        return bool(self._json("settings")[what])
-
     def _copy(self, what: str, shape: Sequence[int]) -> Picture:
         """Floats of the last frame, copied: the handle owns its own until the next call."""
         at = self._call("pixels", what.encode())
-        count = 1
-        for side in shape:
-            count *= side
+        count = math.prod(shape)
         if numpy is not None:
             picture = numpy.empty(shape, numpy.float32)
             ctypes.memmove(picture.ctypes.data, at, 4 * count)
