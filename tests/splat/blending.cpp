@@ -1,6 +1,5 @@
 // test: without tsan
 #include "blended.hpp"
-#include "support.hpp"
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 

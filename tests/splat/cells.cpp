@@ -1,7 +1,6 @@
 // test: without tsan
 // Blending in cells: the lists of cells, the recurrence and its exceptions, against precise arithmetic and against double precision.
 #include "blended.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/logarithm.hpp>
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish

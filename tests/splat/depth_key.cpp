@@ -1,9 +1,5 @@
 // The depth order: its key rises with the depth, and orders neighbours that a float32 orders wrongly.
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <tilemesh/renderer.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/depth_key.hpp>
 #include <tilemesh/splat/project_all.hpp>
 

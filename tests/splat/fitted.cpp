@@ -2,9 +2,6 @@
 // A step that a setup leaves out costs no byte and no counter. A step that it has but does not need changes no bit.
 #include "../compare_reports.hpp"
 #include "runner.hpp"
-#include <doctest/doctest.h>
-#include <map>
-#include <span>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

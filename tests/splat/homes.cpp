@@ -1,10 +1,6 @@
 // test: unoptimised test asan tsan, cost 10
 #include "runner.hpp"
 #include "stand_ins.hpp"
-#include "support.hpp"
-#include <doctest/doctest.h>
-#include <random>
-#include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>

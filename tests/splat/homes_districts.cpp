@@ -1,15 +1,8 @@
 // test: unoptimised asan, without tsan, cost 20
 // Homes on tiles that have no room for a window of each tile: districts of tiles share an entry of the table.
 #include "support.hpp"
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <optional>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/naive.hpp>
-#include <vector>
 
 using namespace tilemesh;
 namespace homes = splat::homes;

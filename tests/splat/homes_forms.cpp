@@ -2,16 +2,10 @@
 // The forms of the program of homes: records of all degrees, depth, alpha and 8-bit pixels, by value and by reference, and its ledger.
 #include "../compare_reports.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 namespace homes = splat::homes;

@@ -2,13 +2,6 @@
 // The program of homes on adversarial maps, with random capacities, grids and frames. Each round of each tile is checked against a list of
 // all splats, and the picture against the naive loop.
 #include "blended.hpp"
-#include "support.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <iterator>
-#include <map>
-#include <numeric>
-#include <set>
 #include <tilemesh/render/homes_renderer.hpp>
 
 using namespace tilemesh;

@@ -3,7 +3,6 @@
 // the renderers whose types say planes and steps, have the same pictures, reports, digests and tiles.
 #include "references.hpp"
 #include <tilemesh/render/homes_renderer.hpp>
-#include <type_traits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,7 +1,6 @@
 // test: without tsan
 // Every instruction set that the processor has gives the same bits. What has no lanes is the judge.
 #include "blended.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/project_all.hpp>
 

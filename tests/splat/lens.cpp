@@ -1,20 +1,8 @@
 // test: cost 5
 #include "support.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <span>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/enclosure.hpp>
 #include <tilemesh/report/exact_rays.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/near_plane.hpp>
@@ -22,7 +10,6 @@
 #include <tilemesh/splat/bend.hpp>
 #include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/project_all.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

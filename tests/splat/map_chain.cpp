@@ -1,11 +1,9 @@
 // test: optimised, needs data, cost 5
 #include "map_reference.hpp"
-#include "support.hpp"
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/map/loss.hpp>
-#include <tuple>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

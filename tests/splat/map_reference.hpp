@@ -1,6 +1,5 @@
 #pragma once
 #include "pose_reference.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/walk.hpp>

@@ -1,6 +1,5 @@
 // test: unoptimised test, cost 3
 #include "map_reference.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/map/tile.hpp>
 
 using namespace tilemesh;

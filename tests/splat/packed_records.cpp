@@ -4,15 +4,7 @@
 #include "../../bench/common/packed_record.hpp"
 #include "../compare_reports.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/render/setup.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

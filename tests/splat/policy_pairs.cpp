@@ -3,15 +3,8 @@
 // have the bits of the naive loop over what is not missing (over the rounded records, if tiles store packed ones).
 #include "../../bench/common/packed_record.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <set>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/contribution.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

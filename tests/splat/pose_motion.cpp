@@ -1,6 +1,5 @@
 // test: unoptimised test, without tsan, cost 6
 #include "pose_reference.hpp"
-#include "support.hpp"
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/ply.hpp>

@@ -1,7 +1,6 @@
 // test: unoptimised tsan, without asan, needs data, cost 55
 // The host moves references instead of records. Pictures, counters, bytes and losses are those of the machine that moves values.
 #include "references.hpp"
-#include <type_traits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

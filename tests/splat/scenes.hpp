@@ -1,6 +1,5 @@
 #pragma once
 #include "stand_ins.hpp"
-#include "support.hpp"
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>

@@ -1,6 +1,5 @@
 #pragma once
 #include "../standard.hpp"
-#include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>

@@ -5,18 +5,10 @@
 #include "runner.hpp"
 #include "scenes.hpp"
 #include "training_reference.hpp"
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -2,23 +2,10 @@
 // A window of a picture is the window of its picture, bit for bit: crops, stereo and off-axis views. And `Coverage::preserved`, the rule of
 // trainers with anti-aliasing.
 #include "runner.hpp"
-#include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <memory>
-#include <span>
-#include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

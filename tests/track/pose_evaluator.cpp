@@ -1,16 +1,9 @@
 // test: unoptimised test
 #include "../splat/pose_reference.hpp"
 #include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::track;

@@ -1,12 +1,7 @@
 #include "points.hpp"
-#include <array>
-#include <cmath>
-#include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/track/pose_accuracy.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/small_system.hpp>
-#include <vector>
 
 using namespace track_test;
 
