@@ -99,12 +99,8 @@ void compare(Errors& errors, std::vector<Gaussian> const& gaussians, Camera cons
         if (std::fabs(sx - c.limit_x) < 1e-3 || std::fabs(sy - c.limit_y) < 1e-3) continue; // a step begins or ceases to clamp
         if (camera.lens.kind == LensKind::fisheye) ++bent;
         else if (camera.lens.kind != LensKind::pinhole) { // beyond a lens's limit its Jacobian does not move
-            double p[2] = {0, 0}, z = 0;
-            for (std::size_t j = 0; j < 3; ++j) {
-                double const d = g[j] - c.position[j];
-                p[0] += c.rotation[0][j] * d, p[1] += c.rotation[1][j] * d, z += c.rotation[2][j] * d;
-            }
-            if (std::hypot(p[0], p[1]) > (double{c.bent.lens.limit} - 1e-3) * z) continue;
+            auto const& p = f.splats[i].p;
+            if (std::hypot(p[0], p[1]) > (double{c.bent.lens.limit} - 1e-3) * p[2]) continue;
             ++bent;
         }
         map::Slopes<D> one;

@@ -1,48 +1,10 @@
 // test: without asan tsan
-#include "support.hpp"
+#include "pose_reference.hpp"
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
 
 namespace {
-/// The same projection in double by the textbook formulas: Sigma, then J W Sigma W^T J^T.
-struct Truth {
-    double u, v, a, b, c;
-};
-Truth truth(Gaussian const& g, Camera const& camera, Rules const& rules)
-{
-    double q[4], n = 0;
-    for (int i = 0; i < 4; ++i) n += double(g.rotation[i]) * double(g.rotation[i]);
-    for (int i = 0; i < 4; ++i) q[i] = double(g.rotation[i]) / std::sqrt(n);
-    double const w = q[0], x = q[1], y = q[2], z = q[3];
-    double const R[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                            {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-                            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
-    double M[3][3] = {}, t[3] = {};
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) {
-            t[i] += double(camera.rotation[i][k]) * (double(g.mean_world[k]) - double(camera.position[k]));
-            for (int j = 0; j < 3; ++j) M[i][j] += double(camera.rotation[i][k]) * R[k][j] * std::exp(double(g.log_scale[j]));
-        }
-    double const tx = t[0] / t[2], ty = t[1] / t[2];
-    double const lx = double(rules.jacobian_limit) * std::max(double(camera.cx), camera.width - double(camera.cx)) / double(camera.fx);
-    double const ly = double(rules.jacobian_limit) * std::max(double(camera.cy), camera.height - double(camera.cy)) / double(camera.fy);
-    double const jx = std::clamp(tx, -lx, lx), jy = std::clamp(ty, -ly, ly);
-    double const fx = double(camera.fx) / t[2], fy = double(camera.fy) / t[2];
-    double V[2][3];
-    for (int j = 0; j < 3; ++j) {
-        V[0][j] = fx * (M[0][j] - jx * M[2][j]);
-        V[1][j] = fy * (M[1][j] - jy * M[2][j]);
-    }
-    Truth r{double(camera.fx) * tx + double(camera.cx), double(camera.fy) * ty + double(camera.cy), double(rules.dilation), 0,
-            double(rules.dilation)};
-    for (int j = 0; j < 3; ++j) {
-        r.a += V[0][j] * V[0][j];
-        r.b += V[0][j] * V[1][j];
-        r.c += V[1][j] * V[1][j];
-    }
-    return r;
-}
 Tiling whole(Camera const& c) { return make_tiling(c.width, c.height, 32, 20); }
 } // namespace
 
@@ -51,21 +13,20 @@ TEST_CASE("projection: mean, factors and alpha agree with the textbook chain in 
     auto const camera = support::lens(1280, 720, 0.1f);
     Rules const rules;
     auto const view = make_view(camera, rules);
+    auto const in_double = support::pose::camera_of(camera, rules);
     double worst_mean = 0, worst_alpha = 0;
     std::uint32_t seen = 0;
     for (auto const& g : support::cloud(20000, 1)) {
         auto const s = project(g, view, whole(camera));
         if (!s.visible()) continue;
         ++seen;
-        auto const t = truth(g, camera, rules);
-        worst_mean = std::max({worst_mean, std::abs(double(s.mean_px[0]) + double(camera.cx) - t.u),
-                               std::abs(double(s.mean_px[1]) + double(camera.cy) - t.v)});
-        double const det = t.a * t.c - t.b * t.b;
+        support::pose::Splat t;
+        REQUIRE(support::pose::project(g, in_double, rules, t));
+        worst_mean = std::max({worst_mean, std::abs(double(s.mean_px[0]) - t.u), std::abs(double(s.mean_px[1]) - t.v)});
         for (double dx : {-2.0, 0.0, 1.5})
             for (double dy : {-1.0, 0.5, 3.0}) {
-                double const power = -0.5 * (t.c * dx * dx - 2 * t.b * dx * dy + t.a * dy * dy) / det;
                 float const px = s.mean_px[0] + float(dx), py = s.mean_px[1] + float(dy);
-                worst_alpha = std::max(worst_alpha, std::abs(double(alpha_at(s, px, py)) - double(g.opacity) * std::exp(power)));
+                worst_alpha = std::max(worst_alpha, std::abs(double(alpha_at(s, px, py)) - t.raw_alpha(t.u + dx, t.v + dy)));
             }
     }
     MESSAGE(seen, " visible; mean off by at most ", worst_mean, " px, alpha by ", worst_alpha);
