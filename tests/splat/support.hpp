@@ -100,6 +100,12 @@ inline scene::Map map_of(std::vector<splat::Gaussian> gaussians)
     return map;
 }
 
+/// Have two lists the same bits?
+template <class List>
+bool same_bits(List const& a, List const& b)
+{
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+}
 /// The number of pixels of two pictures that differ in any bit.
 inline std::uint64_t differing_pixels(report::Image const& a, report::Image const& b)
 {
