@@ -8,21 +8,7 @@ namespace reference = support::map;
 using reference::D;
 
 namespace {
-/// The splats of a view, front to back.
-std::vector<Splat> sorted_splats(std::vector<Gaussian> const& gaussians, View const& view)
-{
-    std::vector<std::pair<Splat, GaussianId>> all;
-    for (auto const& g : gaussians) {
-        auto const s = project(g, view, TileSize{view.camera.width, view.camera.height});
-        if (s.visible()) all.emplace_back(s, g.id);
-    }
-    std::sort(all.begin(), all.end(),
-              [](auto const& a,
-                 auto const& b) { return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second; });
-    std::vector<Splat> out;
-    for (auto const& one : all) out.push_back(one.first);
-    return out;
-}
+using support::sorted_splats;
 /// A picture that the map does not explain: residuals of both signs, holes in the depth, pixels that do not count.
 std::vector<TargetPixel> random_target(Camera const& camera, std::uint64_t seed)
 {
@@ -42,15 +28,13 @@ struct Sums {
 
     bool operator==(Sums const& other) const
     {
-        return of.size() == other.of.size() && pixels == other.pixels &&
-            (of.empty() || std::memcmp(of.data(), other.of.data(), of.size() * sizeof of[0]) == 0);
+        return pixels == other.pixels && support::same_bits(of, other.of);
     }
 };
 /// The sums of a frame over tiles, workers that take turns, and blocks in an order of the test's.
 template <std::uint32_t Lanes, std::uint32_t Group, std::uint32_t Size>
 Sums sums_over(std::vector<Splat> const& splats, View const& view, map::LossRules const& loss, std::vector<TargetPixel> const& target,
-               TileSize size, std::uint32_t workers = 1,
-               std::uint64_t order = 0)
+               TileSize size, std::uint32_t workers = 1, std::uint64_t order = 0)
 {
     auto const memory = std::make_unique<map::WalkMemory<Group, Size>>();
     auto const tiling = make_tiling(view.camera.width, view.camera.height, size.tile_width, size.tile_height);

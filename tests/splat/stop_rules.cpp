@@ -14,54 +14,6 @@ TILEMESH_EXACT_BEGIN
 namespace {
 
 using Scene = support::SortedSplats;
-using Picture = support::Blended;
-
-/// A cloud of larger splats; every third is opaque or almost opaque, so many pixels stop.
-std::vector<Gaussian> dense(std::uint32_t n, std::uint64_t seed)
-{
-    auto all = support::cloud(n, seed);
-    for (auto& g : all) {
-        for (float& s : g.log_scale) s += 1.5f;
-        if (static_cast<std::uint32_t>(g.id) % 3 == 0) g.opacity = static_cast<std::uint32_t>(g.id) % 6 == 0 ? 1.0f : 0.97f;
-    }
-    return all;
-}
-/// The loop of 3D Gaussian Splatting over one pixel's splats: a term that would leave less than the limit is left out and ends the pixel.
-Picture naive(Scene const& v)
-{
-    Picture out;
-    for (std::uint32_t y = 0; y < v.camera.height; ++y)
-        for (std::uint32_t x = 0; x < v.camera.width; ++x) {
-            float through = 1, rgb[3] = {0, 0, 0};
-            for (auto const& s : v.splats) {
-                auto const r = s.rect();
-                if (x < r.x0 || x >= r.x1 || y < r.y0 || y >= r.y1) continue;
-                float const alpha =
-                    std::min(alpha_at(s, float(x) + 0.5f - v.camera.cx, float(y) + 0.5f - v.camera.cy), v.rules.alpha_max);
-                if (alpha < v.rules.alpha_min) continue;
-                float const weight = alpha * through, left = through - weight;
-                if (left < v.rules.transmittance_min) break;
-                for (int c = 0; c < 3; ++c) rgb[c] = multiply_add(weight, s.colour[c], rgb[c]);
-                through = left;
-                ++out.contributing;
-            }
-            out.pixels.push_back({{rgb[0], rgb[1], rgb[2]}});
-        }
-    return out;
-}
-/// The kernel over the frame in tiles.
-template <class Stop, std::uint32_t Lanes = inner::native_lanes, class Rule = inner::EachPair>
-Picture blend(Scene const& v, std::uint32_t tile_width, std::uint32_t tile_height)
-{
-    return support::blended_in_tiles(
-        v, tile_width, tile_height,
-        [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
-            PairCount count{};
-            inner::blend_tile_by<Rule, Stop, Lanes, 32, 128>(tile, v.camera, v.rules, n, at, pixels, v.camera.width, Worker{0, 1}, &count,
-                                                             1);
-            picture.count(count);
-        });
-}
 
 /// Layers that cover a whole small frame, the first in front. The opacities are those in the middle of pixel (10, 10).
 Scene layers(std::vector<float> const& opacities, float limit)
@@ -77,11 +29,13 @@ Scene layers(std::vector<float> const& opacities, float limit)
     rules.transmittance_min = limit;
     return Scene(std::move(all), camera, rules);
 }
-/// The value of pixel (10, 10) for layers of colour 1.
-template <class Stop>
-float middle(std::vector<float> const& opacities, float limit)
+/// The pairs that are evaluated, and the value of pixel (10, 10), for layers of colour 1.
+std::pair<std::uint64_t, float> middle(std::vector<float> const& opacities, float limit, Stop stop)
 {
-    return blend<Stop>(layers(opacities, limit), 20, 20).pixels[10 * 20 + 10].rgb[1];
+    auto scene = layers(opacities, limit);
+    scene.rules.stop = stop;
+    auto const picture = support::blend(scene, Arithmetic::precise, 20, 20);
+    return {picture.evaluated, picture.pixels[10 * 20 + 10].rgb[1]};
 }
 
 /// A setup's own rule.
@@ -132,89 +86,35 @@ RenderedFrame ordinary(Scene const& v)
     runner->rules() = v.rules;
     return runner->render(v.camera);
 }
-bool same_bits(Picture const& a, report::Image const& b)
-{
-    return a.pixels.size() * sizeof(FloatPixel) == b.rgb.size() * sizeof(float) &&
-           std::memcmp(a.pixels.data(), b.rgb.data(), a.pixels.size() * sizeof(FloatPixel)) == 0;
-}
 
 } // namespace
 TILEMESH_EXACT_END
 
-TEST_CASE("stop before crossing: 3DGS's loop, bit for bit, for any tiling and any lanes")
+TEST_CASE("a pixel exactly at the limit goes on, one below it ends: with the term, or before crossing without it, even if the next term is faint")
 {
-    for (float const limit : {1e-4f, 1e-3f, 3e-2f, 0.5f})
-        for (float const alpha_max : {0.99f, 1.0f}) {
-            Rules rules;
-            rules.transmittance_min = limit;
-            rules.alpha_max = alpha_max;
-            Scene const v(dense(700, 41), support::lens(150, 71), rules);
-            auto const truth = naive(v);
-            auto const ours = blend<inner::StopBeforeCrossing>(v, 32, 20);
-            CHECK(ours == truth);
-            CHECK(ours.contributing == truth.contributing);
-            CHECK(blend<inner::StopBeforeCrossing>(v, 150, 71) == truth);
-            CHECK(blend<inner::StopBeforeCrossing>(v, 13, 7) == truth);
-            CHECK(blend<inner::StopBeforeCrossing, 4>(v, 32, 20) == truth);
-            CHECK(blend<inner::StopBeforeCrossing, 8>(v, 17, 3) == truth);
-            CHECK(blend<inner::StopBeforeCrossing, 16>(v, 32, 20) == truth);
-            // On this map the rule makes a difference: it blends fewer terms.
-            auto const model_rule = blend<inner::StopEachPixel>(v, 32, 20);
-            CHECK_FALSE(model_rule == truth);
-            CHECK(model_rule.contributing > truth.contributing);
-        }
-}
-
-TEST_CASE("stop before crossing: the recurrence's bits do not depend on the tiling")
-{
-    Rules rules;
-    rules.transmittance_min = 1e-2f;
-    rules.alpha_max = 0.99f;
-    Scene const v(dense(700, 43), support::lens(150, 71), rules);
-    auto const whole = blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 150, 71);
-    CHECK(blend<inner::StopBeforeCrossing, 8, inner::FastRule>(v, 32, 20) == whole);
-    CHECK(blend<inner::StopBeforeCrossing, 4, inner::FastRule>(v, 13, 7) == whole);
-    CHECK_FALSE(blend<inner::StopEachPixel, 8, inner::FastRule>(v, 32, 20) == whole);
-}
-
-TEST_CASE("stop before crossing: a pixel exactly at the limit goes on, one below it ends without the term")
-{
-    // Halves are exact: 1/2 and 1/4 are left.
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.75f);
-    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f, 0.5f}, 0.25f) == 0.875f);
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.5f);
-    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f, 0.5f}, std::nextafter(0.25f, 1.0f)) == 0.75f);
-    // With a limit of 1 no term is blended; the model's rule blends the first.
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.5f}, 1.0f) == 0.0f);
-    CHECK(middle<inner::StopEachPixel>({0.5f, 0.5f}, 1.0f) == 0.5f);
-}
-
-TEST_CASE("stop before crossing: a pixel that has dropped a term is finished, even if the next term is faint")
-{
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.75f, 0.25f}, 0.25f) == 0.5f); // 0.25 would leave 0.375
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 0.25f}, 0.25f) == 0.625f);
-    CHECK(middle<inner::StopBeforeCrossing>({1.0f, 0.25f}, 1e-4f) == 0.0f); // an opaque term always crosses
-    CHECK(middle<inner::StopBeforeCrossing>({0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f) == 0.5f);
-}
-
-TEST_CASE("stop before crossing: a limit of 0 never stops")
-{
-    Rules rules;
-    rules.transmittance_min = 0;
-    Scene const v(dense(700, 47), support::lens(150, 71), rules);
-    auto const picture = blend<inner::StopBeforeCrossing>(v, 32, 20), same = blend<inner::StopEachPixel>(v, 32, 20);
-    CHECK(picture == same);
-    CHECK(picture == naive(v));
-    CHECK(picture.contributing == same.contributing);
-    CHECK(middle<inner::StopBeforeCrossing>({1.0f, 1.0f}, 0.0f) == 1.0f);
+    struct Row {
+        std::vector<float> opacities;
+        float limit, before, after; ///< the values of the two rules
+    };
+    float const above = std::nextafter(0.25f, 1.0f);
+    for (Row const& row : {Row{{0.5f, 0.5f, 0.5f}, 0.25f, 0.75f, 0.875f}, // halves are exact: 1/2 and 1/4 are left
+                           {{0.5f, 0.5f, 0.5f}, above, 0.5f, 0.75f},
+                           {{0.5f, 0.5f}, 1.0f, 0, 0.5f}, // with a limit of 1 only the model's rule blends a term
+                           {{0.5f, 0.75f, 0.25f}, 0.25f, 0.5f, 0.875f}, // 0.25 would leave 0.375
+                           {{0.5f, 0.25f}, 0.25f, 0.625f, 0.625f},
+                           {{1.0f, 0.25f}, 1e-4f, 0, 1}, // an opaque term always crosses
+                           {{0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f, 0.5f, 1},
+                           {{1.0f, 1.0f}, 0, 1, 1}}) { // a limit of 0 never stops
+        CAPTURE(row.opacities.size());
+        CAPTURE(row.limit);
+        CHECK(middle(row.opacities, row.limit, Stop::before_crossing).second == row.before);
+        CHECK(middle(row.opacities, row.limit, Stop::after_crossing).second == row.after);
+    }
 }
 
 TEST_CASE("stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
 {
-    auto const evaluated = [](float opacity) {
-        auto const v = layers(std::vector<float>(1000, opacity), 1e-2f);
-        return blend<inner::StopBeforeCrossing>(v, 20, 20).evaluated;
-    };
+    auto const evaluated = [](float opacity) { return middle(std::vector<float>(1000, opacity), 1e-2f, Stop::before_crossing).first; };
     CHECK(evaluated(0.9f) == 8 * 80 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
     CHECK(evaluated(1e-2f) == 8 * 80 * 512); // 0.99^458 is the last above a hundredth
 }
@@ -224,20 +124,22 @@ TEST_CASE("a setup's own blending is what the mesh composites by, run by workers
     Rules rules;
     rules.transmittance_min = 1e-2f;
     rules.alpha_max = 0.99f;
-    Scene const v(dense(700, 53), support::lens(150, 71), rules);
-    auto const truth = naive(v);
-    auto const by_rules = blend<inner::StopEachPixel>(v, 150, 71);
+    Scene const v(support::varied(700, 53), support::lens(150, 71), rules);
+    auto crossing = v;
+    crossing.rules.stop = Stop::before_crossing;
+    auto const truth = support::by_loop(crossing), by_rules = support::by_loop(v);
     REQUIRE_FALSE(truth == by_rules);
-
+    auto const same = [](support::Blended<> const& a, RenderedFrame const& b) {
+        return std::memcmp(a.pixels.data(), b.image.rgb.data(), a.pixels.size() * sizeof(FloatPixel)) == 0 &&
+               b.report.pairs_contributing == a.contributing;
+    };
     auto const by_workers = dropping<CheckedMesh>(v);
-    CHECK(same_bits(truth, by_workers.image));
-    CHECK(by_workers.report.pairs_contributing == truth.contributing);
+    CHECK(same(truth, by_workers));
     for (std::uint32_t const threads : {1u, 3u}) {
         auto const whole = dropping<PortMesh>(v, threads);
-        CHECK(same_bits(truth, whole.image));
+        CHECK(same(truth, whole));
         CHECK(report::first_difference(whole.report, by_workers.report) == "");
     }
-    CHECK(same_bits(by_rules, ordinary<CheckedMesh>(v).image));
-    CHECK(same_bits(by_rules, ordinary<PortMesh>(v).image));
-    CHECK(ordinary<PortMesh>(v).report.pairs_contributing == by_rules.contributing);
+    CHECK(same(by_rules, ordinary<CheckedMesh>(v)));
+    CHECK(same(by_rules, ordinary<PortMesh>(v)));
 }

@@ -116,6 +116,21 @@ inline std::uint64_t differing_pixels(report::Image const& a, report::Image cons
     return n;
 }
 
+/// The visible splats of a view, front to back.
+template <class Record>
+std::vector<splat::Splat> sorted_splats(std::vector<Record> const& records, splat::View const& view)
+{
+    std::vector<splat::Splat> all, sorted;
+    std::vector<splat::SortKey> keys;
+    for (auto const& g : records) {
+        auto const s = splat::project(g, view, splat::TileSize{view.camera.width, view.camera.height});
+        if (s.visible()) keys.push_back({s.depth_key, g.id, static_cast<std::uint32_t>(all.size())}), all.push_back(s);
+    }
+    std::sort(keys.begin(), keys.end());
+    for (auto const& key : keys) sorted.push_back(all[key.slot]);
+    return sorted;
+}
+
 /// The records that a frame's report lists as missing, for the naive picture.
 class Missing {
 public:

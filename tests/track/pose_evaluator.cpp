@@ -17,6 +17,21 @@ namespace {
 using support::pose::same_sums, support::pose::sums_case;
 using Case = support::pose::SumsCase;
 
+/// A cloud that covers most pixels, and a target near it: the picture of another pose, brighter, with holes in its depth.
+Case made_case(std::uint32_t width, std::uint32_t height, std::uint32_t n, std::uint64_t seed)
+{
+    auto c = sums_case(width, height, n, seed);
+    c.camera = support::lens(width, height);
+    auto frame = Renderer(c.map, splat::with_planes(splat::lossless, true, true)).render(support::lens(width, height, 0.01f));
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x) {
+            for (int k = 0; k < 3; ++k) frame.image.pixel(x, y)[k] = frame.image.pixel(x, y)[k] * 1.1f + 0.02f * float((x * 7 + y * 13) % 5);
+            if ((x + y) % 11 == 0) frame.depth.at(x, y) = 0;
+            if ((3 * x + y) % 97 == 0) frame.image.pixel(x, y)[1] = std::numeric_limits<float>::quiet_NaN();
+        }
+    c.target = {std::move(frame.image), std::move(frame.depth)};
+    return c;
+}
 template <class E>
 NormalEquations evaluate(Case const& c, TrackOptions const& o, EvaluatorOptions const& e = {})
 {
@@ -125,7 +140,7 @@ TEST_CASE("pose evaluator: sums agree with residuals and central differences in 
 {
     namespace reference = support::pose;
     for (std::uint32_t cell : {1u, 4u}) {
-        auto const c = sums_case(48, 40, 150, 7 + cell);
+        auto const c = made_case(48, 40, 150, 7 + cell);
         PoseEvaluator evaluator(c.map, {48, 40});
         auto& rules = evaluator.rules();
         rules.alpha_min = rules.transmittance_min = 0;
@@ -224,7 +239,7 @@ TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double"
     };
     for (auto jacobian : {Jacobian::gradient, Jacobian::esm})
         for (std::uint32_t cell : {1u, 4u}) {
-            auto const c = sums_case(58, 40, 300, 11 + cell); // cells of 4 do not divide the frame
+            auto const c = made_case(58, 40, 300, 11 + cell); // cells of 4 do not divide the frame
             PoseEvaluator evaluator(c.map, {58, 40}, {1, {16, 8}});
             auto const o = exposed(cell, jacobian);
             auto const mine = evaluator.evaluate(c.camera, c.target, o);
