@@ -6,11 +6,8 @@
 #include <tilemesh/splat/map/optimise.hpp>
 
 using namespace tilemesh;
-using slam::Mapper;
-using slam::MapperOptions;
-using splat::map::Adam;
-using splat::map::GrowStep;
-using splat::map::SecondMomentByKind;
+using slam::Mapper, slam::MapperOptions;
+using splat::map::Adam, splat::map::GrowStep, splat::map::SecondMomentByKind;
 namespace on_slam = support::slam;
 
 namespace {

@@ -6,9 +6,7 @@
 #include <tilemesh/splat/map/optimise.hpp>
 
 using namespace tilemesh;
-using splat::map::Adam;
-using splat::map::SecondMomentByKind;
-using splat::map::Shaded;
+using splat::map::Adam, splat::map::SecondMomentByKind, splat::map::Shaded;
 namespace on_slam = support::slam;
 
 namespace {

@@ -8,8 +8,7 @@
 #include <tilemesh/splat/footprint.hpp>
 
 using namespace tilemesh;
-using splat::map::Adam;
-using splat::map::SecondMomentByKind;
+using splat::map::Adam, splat::map::SecondMomentByKind;
 
 namespace {
 

@@ -3,9 +3,7 @@
 #include <tilemesh/splat/harmonics.hpp>
 
 using namespace tilemesh;
-using splat::map::Adam;
-using splat::map::Kind;
-using splat::map::SecondMomentByKind;
+using splat::map::Adam, splat::map::Kind, splat::map::SecondMomentByKind;
 
 namespace {
 scene::Map small_cloud(std::uint32_t n, std::uint64_t seed)

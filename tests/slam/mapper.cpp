@@ -2,9 +2,7 @@
 #include "support.hpp"
 
 using namespace tilemesh;
-using slam::Mapper;
-using slam::MapperOptions;
-using slam::Optimiser;
+using slam::Mapper, slam::MapperOptions, slam::Optimiser;
 namespace on_slam = support::slam;
 
 namespace {
@@ -189,18 +187,16 @@ TEST_CASE("mapper: what it cannot do, it refuses with a line")
     float const infinity = std::numeric_limits<float>::infinity();
     for (float const depth : {0.0f, -1.0f, infinity, std::numeric_limits<float>::quiet_NaN()})
         CHECK(tests::error_of([&] { Mapper({}, depth); }).find("scene depth") != std::string::npos);
-    MapperOptions o;
-    o.rate = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a rate of 0") != std::string::npos);
-    o = {};
-    o.window = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a window of 0") != std::string::npos);
-    o = {};
-    o.insert.cell = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("cells of 0") != std::string::npos);
-    o = {};
-    o.tile = {10, 10};
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("tiles cannot have 10 x 10") != std::string::npos);
+    struct Row {
+        void (*change)(MapperOptions&);
+        char const* text;
+    };
+    for (Row const& row : {Row{[](MapperOptions& o) { o.rate = 0; }, "a rate of 0"}, {[](MapperOptions& o) { o.window = 0; }, "a window of 0"},
+                           {[](MapperOptions& o) { o.insert.cell = 0; }, "cells of 0"}, {[](MapperOptions& o) { o.tile = {10, 10}; }, "tiles cannot have 10 x 10"}}) {
+        MapperOptions o;
+        row.change(o);
+        CHECK(tests::has(tests::error_of([&] { Mapper({}, 1, o); }), row.text));
+    }
     auto map = on_slam::wall();
     map.gaussians[2].id = splat::GaussianId{1u << 20};
     CHECK(tests::error_of([&] { Mapper(map, 1); }).find("the id 1048576 cannot grow") != std::string::npos);

@@ -9,12 +9,27 @@ namespace inner = tilemesh::splat::detail;
 
 namespace {
 using Scene = support::SortedSplats;
-using support::blend;
-using support::with;
+using support::blend, support::with;
 
 Scene varied(std::uint32_t n, std::uint32_t seed, Rules const& rules = {})
 {
     return Scene(support::varied(n, seed), support::lens(250, 131), rules);
+}
+/// Layers of colour 1 that cover a whole small frame, the first in front, with these opacities in the middle of pixel (10, 10). Returns the
+/// pairs that are evaluated, and the pixel's value.
+std::pair<std::uint64_t, float> middle(std::vector<float> const& opacities, float limit, Stop stop)
+{
+    auto camera = support::flat_camera(20, 20);
+    camera.cx = camera.cy = 10.5f;
+    std::vector<Gaussian> all;
+    for (float const opacity : opacities) {
+        all.push_back(support::ball(static_cast<std::uint32_t>(all.size()) + 1, 0, 0, 1000, opacity));
+        for (float& c : all.back().colour) c = 1;
+    }
+    Rules rules;
+    rules.transmittance_min = limit, rules.stop = stop;
+    auto const picture = blend(Scene(std::move(all), camera, rules), Arithmetic::precise, 20, 20);
+    return {picture.evaluated, picture.pixels[10 * 20 + 10].rgb[1]};
 }
 } // namespace
 
@@ -65,6 +80,35 @@ TEST_CASE("blending: either arithmetic gives the same bits for any tiling, lanes
                 CHECK(by_workers.evaluated == tiles.evaluated);
             }
         }
+}
+
+TEST_CASE("blending: a pixel exactly at the limit goes on, one below it ends: with the term, or before crossing without it, even if the next term is faint")
+{
+    struct Row {
+        std::vector<float> opacities;
+        float limit, before, after; ///< the values of the two rules
+    };
+    float const above = std::nextafter(0.25f, 1.0f);
+    for (Row const& row : {Row{{0.5f, 0.5f, 0.5f}, 0.25f, 0.75f, 0.875f}, // halves are exact: 1/2 and 1/4 are left
+                           {{0.5f, 0.5f, 0.5f}, above, 0.5f, 0.75f},
+                           {{0.5f, 0.5f}, 1.0f, 0, 0.5f}, // with a limit of 1 only the model's rule blends a term
+                           {{0.5f, 0.75f, 0.25f}, 0.25f, 0.5f, 0.875f}, // 0.25 would leave 0.375
+                           {{0.5f, 0.25f}, 0.25f, 0.625f, 0.625f},
+                           {{1.0f, 0.25f}, 1e-4f, 0, 1}, // an opaque term always crosses
+                           {{0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f, 0.5f, 1},
+                           {{1.0f, 1.0f}, 0, 1, 1}}) { // a limit of 0 never stops
+        CAPTURE(row.opacities.size());
+        CAPTURE(row.limit);
+        CHECK(middle(row.opacities, row.limit, Stop::before_crossing).second == row.before);
+        CHECK(middle(row.opacities, row.limit, Stop::after_crossing).second == row.after);
+    }
+}
+
+TEST_CASE("blending, stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
+{
+    auto const evaluated = [](float opacity) { return middle(std::vector<float>(1000, opacity), 1e-2f, Stop::before_crossing).first; };
+    CHECK(evaluated(0.9f) == 8 * 80 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
+    CHECK(evaluated(1e-2f) == 8 * 80 * 512); // 0.99^458 is the last above a hundredth
 }
 
 TEST_CASE("blending: one thread for all workers counts what each of them counts")

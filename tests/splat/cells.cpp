@@ -11,8 +11,7 @@ namespace inner = tilemesh::splat::detail;
 
 namespace {
 using Scene = support::SortedSplats;
-using support::varied;
-using support::with;
+using support::varied, support::with;
 template <std::uint32_t Lanes = inner::lanes_in_use>
 support::Blended<support::DeepPixel> deep(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height)
 {

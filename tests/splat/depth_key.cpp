@@ -121,12 +121,8 @@ TEST_CASE("depth key: of neighbours that a float32 orders wrongly the nearer one
         auto const middle = [](report::Image const& image) { return image.pixel(24, 20); };
         CHECK(middle(naive)[1] > 10 * middle(naive)[0]);
         for (auto const program : {report::Program::anchored, report::Program::homes}) {
-            RendererOptions options;
-            options.program = program;
-            options.arithmetic = Arithmetic::precise;
-            options.quality = Quality::evaluation;
-            auto const frame = Renderer{map, options}.render(camera);
-            CHECK(frame.image.rgb == naive.rgb);
+            RendererOptions const options{.arithmetic = Arithmetic::precise, .quality = Quality::evaluation, .program = program};
+            CHECK(Renderer{map, options}.render(camera).image.rgb == naive.rgb);
         }
     }
     Gaussian twin = pairs[0][0]; // equal depths: the lower id is in front

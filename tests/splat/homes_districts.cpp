@@ -34,10 +34,7 @@ render::Setup wafer_choice(std::uint32_t district)
 }
 RendererOptions on(Grid grid)
 {
-    RendererOptions o;
-    o.grid = {grid.width, grid.height};
-    o.digest = true;
-    return o;
+    return {.grid = {grid.width, grid.height}, .digest = true};
 }
 /// In each round, is the table of every tile that of the hulls of the districts' windows?
 template <class Renderer>

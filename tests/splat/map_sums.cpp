@@ -335,13 +335,9 @@ TEST_CASE("map sums: what is not a number stays in its pixel, and no sum leaves 
         auto const view = make_view(camera, rules);
         auto cloud = support::cloud(60, seed);
         for (auto& g : cloud) {
-            auto const spoil = [&](float& v) {
-                if (random.below(12) == 0) v = odd[random.below(sizeof odd / sizeof odd[0])];
-            };
-            for (float& v : g.mean_world) spoil(v);
-            for (float& v : g.log_scale) spoil(v);
-            for (float& v : g.colour) spoil(v);
-            spoil(g.opacity);
+            support::spoil(g, random, 12);
+            for (float& v : g.colour)
+                if (random.below(12) == 0) v = odd[random.below(std::size(odd))];
         }
         auto const splats = sorted_splats(cloud, view);
         auto target = random_target(camera, seed);

@@ -35,22 +35,31 @@ TEST_CASE("projection: mean, factors and alpha agree with the textbook chain in 
     CHECK(worst_alpha < 1e-3); // some are needles: this is the conditioning of their inputs
 }
 
-TEST_CASE("projection: the opacity box holds every pixel that sees at least alpha_min")
+TEST_CASE("projection: the opacity box holds every pixel that sees at least alpha_min, also if the logarithm is about 0 or alpha_min is tiny")
 {
     auto const camera = support::lens(160, 120);
-    auto const view = make_view(camera, Rules{});
+    constexpr float smallest = std::numeric_limits<float>::min();
     std::uint32_t outside = 0, inside = 0;
-    for (auto const& g : support::cloud(3000, 2)) {
-        auto const s = project(g, view, whole(camera));
-        if (!s.visible()) continue;
-        auto const r = s.rect();
-        for (std::uint32_t y = 0; y < camera.height; ++y)
-            for (std::uint32_t x = 0; x < camera.width; ++x) {
-                float const alpha = alpha_at(s, float(x) + 0.5f - camera.cx, float(y) + 0.5f - camera.cy);
-                if (!(alpha >= view.rules.alpha_min)) continue;
-                bool const in = x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1;
-                ++(in ? inside : outside);
+    // Below 1e-40, the rounding of alpha itself is more than 1e-5 of it.
+    for (float const alpha_min : {1.0f / 255, 0.25f, 1.0f, 1e-30f, smallest, 1e-40f}) {
+        Rules rules;
+        rules.alpha_min = alpha_min;
+        auto const view = make_view(camera, rules);
+        float opacity = alpha_min;
+        for (std::uint32_t step = 0; step < 25; ++step) {
+            for (auto g : support::cloud(step < 24 ? 12 : 500, 40 + step)) { // the last cloud has opacities of its own
+                if (step < 24) g.opacity = opacity;
+                auto const s = project(g, view, whole(camera));
+                auto const r = s.rect();
+                for (std::uint32_t y = 0; s.visible() && y < camera.height; ++y)
+                    for (std::uint32_t x = 0; x < camera.width; ++x) {
+                        float const alpha = alpha_at(s, float(x) + 0.5f - camera.cx, float(y) + 0.5f - camera.cy);
+                        if (!(alpha >= alpha_min)) continue;
+                        ++(x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1 ? inside : outside);
+                    }
             }
+            opacity = std::min(1.0f, step < 12 ? std::nextafter(opacity, 2.0f) : opacity * 1.5f);
+        }
     }
     CHECK(outside == 0);
     CHECK(inside > 100000);

@@ -65,7 +65,7 @@ void check_sums(NormalEquations const& mine, NormalEquations const& e)
 
 TEST_CASE("pose evaluator: sums have equal bits over tilings, threads, engines and forms")
 {
-    auto const c = sums_case(112, 80, 500, 3);
+    auto const c = made_case(112, 80, 500, 3);
     using ByValue = BasicPoseEvaluator<splat::pose::Tracked<splat::Lossless>>;
     using Checked = BasicPoseEvaluator<TrackedByReference<splat::Lossless>, CheckedMesh>;
     using CheckedByValue = BasicPoseEvaluator<splat::pose::Tracked<splat::Lossless>, CheckedMesh>;
