@@ -38,7 +38,8 @@ std::vector<splat::Gaussian> after_growth(scene::Map map, support::mapping::View
     std::uint32_t step = 0;
     auto const steps = [&] {
         for (int i = 0; i < 8; ++i, ++step)
-            refiner.step(views.cameras[step % 4], views.targets[step % 4], splat::map::faded(splat::map::usual_rates(2), static_cast<float>(step) / 24));
+            refiner.step(views.cameras[step % 4], views.targets[step % 4],
+                         splat::map::faded(splat::map::usual_rates(2), static_cast<float>(step) / 24));
     };
     steps();
     refiner.add(later);
@@ -72,7 +73,8 @@ void check_growth()
         std::uint32_t threads;
         bool reversed;
     };
-    for (Row const& row : {Row{{16, 5}, 2, false}, {{16, 15}, 3, false}, {{64, 40}, 7, false}, {{80, 55}, 1, false}, {{80, 55}, 3, true}, {{48, 10}, 2, true}}) {
+    for (Row const& row :
+         {Row{{16, 5}, 2, false}, {{16, 15}, 3, false}, {{64, 40}, 7, false}, {{80, 55}, 1, false}, {{80, 55}, 3, true}, {{48, 10}, 2, true}}) {
         INFO(row.tile.tile_width, " x ", row.tile.tile_height, ", ", row.threads, " threads, reversed: ", row.reversed);
         CHECK(support::same_bits(first, after_growth<Optimiser>(start, views, row.tile, row.threads, row.reversed)));
     }

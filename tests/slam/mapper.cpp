@@ -19,7 +19,10 @@ scene::Map grown(MapperOptions const& o, std::vector<slam::Keyframe>* facts = nu
     mapper.refine(6);
     return mapper.map();
 }
-bool same(scene::Map const& a, scene::Map const& b) { return support::same_bits(a.gaussians, b.gaussians); }
+bool same(scene::Map const& a, scene::Map const& b)
+{
+    return support::same_bits(a.gaussians, b.gaussians);
+}
 } // namespace
 
 TEST_CASE("mapper: half of the steps take the newest keyframe, a quarter a window, a quarter any")
@@ -191,8 +194,13 @@ TEST_CASE("mapper: what it cannot do, it refuses with a line")
         void (*change)(MapperOptions&);
         char const* text;
     };
-    for (Row const& row : {Row{[](MapperOptions& o) { o.rate = 0; }, "a rate of 0"}, {[](MapperOptions& o) { o.window = 0; }, "a window of 0"},
-                           {[](MapperOptions& o) { o.insert.cell = 0; }, "cells of 0"}, {[](MapperOptions& o) { o.tile = {10, 10}; }, "tiles cannot have 10 x 10"}}) {
+    for (Row const& row : {Row{[](MapperOptions& o) { o.rate = 0; }, "a rate of 0"},
+                           {[](MapperOptions& o) { o.window = 0; }, "a window of 0"},
+                           {[](MapperOptions& o) { o.insert.cell = 0; }, "cells of 0"},
+                           {[](MapperOptions& o) {
+                                o.tile = {10, 10};
+                            },
+                            "tiles cannot have 10 x 10"}}) {
         MapperOptions o;
         row.change(o);
         CHECK(tests::has(tests::error_of([&] { Mapper({}, 1, o); }), row.text));

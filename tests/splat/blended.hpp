@@ -89,15 +89,14 @@ Blended<Pixel> blend(SortedSplats const& scene, tilemesh::splat::Arithmetic arit
     Rules rules = scene.rules;
     rules.arithmetic = arithmetic;
     auto const& c = scene.camera;
-    return blended_in_tiles<Pixel>(
-        scene, tile_width, tile_height,
-        [&](PixelRect const& tile, std::uint32_t n, auto const& at, Pixel* pixels, Blended<Pixel>& picture) {
-            PairCount counts[6] = {};
-            if (workers == 0) blend_whole_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, counts, 6);
-            for (auto const& count : counts) picture.count(count);
-            for (std::uint32_t w = 0; w < workers; ++w)
-                picture.count(blend_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, tilemesh::Worker{w, workers}));
-        });
+    return blended_in_tiles<Pixel>(scene, tile_width, tile_height,
+                                   [&](PixelRect const& tile, std::uint32_t n, auto const& at, Pixel* pixels, Blended<Pixel>& picture) {
+                                       PairCount counts[6] = {};
+                                       if (workers == 0) blend_whole_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, counts, 6);
+                                       for (auto const& count : counts) picture.count(count);
+                                       for (std::uint32_t w = 0; w < workers; ++w)
+                                           picture.count(blend_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, tilemesh::Worker{w, workers}));
+                                   });
 }
 
 TILEMESH_EXACT_BEGIN

@@ -35,9 +35,13 @@ std::pair<std::uint64_t, float> middle(std::vector<float> const& opacities, floa
 
 TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pairs, with both rules of the stop")
 {
-    std::vector<Rules> all{Rules{}, with([](Rules& m) { m.alpha_max = 0.99f; }), with([](Rules& m) { m.alpha_min = 0; }),
-                           with([](Rules& m) { m.transmittance_min = 0; }), with([](Rules& m) { m.transmittance_min = 0.5f; }),
-                           with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }), with([](Rules& m) { m.dilation = 0; })};
+    std::vector<Rules> all{Rules{},
+                           with([](Rules& m) { m.alpha_max = 0.99f; }),
+                           with([](Rules& m) { m.alpha_min = 0; }),
+                           with([](Rules& m) { m.transmittance_min = 0; }),
+                           with([](Rules& m) { m.transmittance_min = 0.5f; }),
+                           with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
+                           with([](Rules& m) { m.dilation = 0; })};
     for (float const limit : {0.0f, 1e-4f, 1e-3f, 3e-2f, 0.5f})
         for (float const alpha_max : {0.99f, 1.0f}) {
             auto& m = all.emplace_back();
@@ -82,7 +86,8 @@ TEST_CASE("blending: either arithmetic gives the same bits for any tiling, lanes
         }
 }
 
-TEST_CASE("blending: a pixel exactly at the limit goes on, one below it ends: with the term, or before crossing without it, even if the next term is faint")
+TEST_CASE(
+    "blending: a pixel exactly at the limit goes on, one below it ends: with the term, or before crossing without it, even if the next term is faint")
 {
     struct Row {
         std::vector<float> opacities;
@@ -91,7 +96,7 @@ TEST_CASE("blending: a pixel exactly at the limit goes on, one below it ends: wi
     float const above = std::nextafter(0.25f, 1.0f);
     for (Row const& row : {Row{{0.5f, 0.5f, 0.5f}, 0.25f, 0.75f, 0.875f}, // halves are exact: 1/2 and 1/4 are left
                            {{0.5f, 0.5f, 0.5f}, above, 0.5f, 0.75f},
-                           {{0.5f, 0.5f}, 1.0f, 0, 0.5f}, // with a limit of 1 only the model's rule blends a term
+                           {{0.5f, 0.5f}, 1.0f, 0, 0.5f},               // with a limit of 1 only the model's rule blends a term
                            {{0.5f, 0.75f, 0.25f}, 0.25f, 0.5f, 0.875f}, // 0.25 would leave 0.375
                            {{0.5f, 0.25f}, 0.25f, 0.625f, 0.625f},
                            {{1.0f, 0.25f}, 1e-4f, 0, 1}, // an opaque term always crosses
@@ -107,7 +112,7 @@ TEST_CASE("blending: a pixel exactly at the limit goes on, one below it ends: wi
 TEST_CASE("blending, stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
 {
     auto const evaluated = [](float opacity) { return middle(std::vector<float>(1000, opacity), 1e-2f, Stop::before_crossing).first; };
-    CHECK(evaluated(0.9f) == 8 * 80 * 64); // 2 x 4 blocks; two layers are blended, the third ends every pixel
+    CHECK(evaluated(0.9f) == 8 * 80 * 64);   // 2 x 4 blocks; two layers are blended, the third ends every pixel
     CHECK(evaluated(1e-2f) == 8 * 80 * 512); // 0.99^458 is the last above a hundredth
 }
 
@@ -253,7 +258,9 @@ TEST_CASE("blending: an opaque wall stops a block or a cell within 64 splats")
         float stop;
         std::uint32_t layers; ///< 0.05^2 is the first power below 5e-3, 0.05^4 below 1e-4
     };
-    for (Row const& row : {Row{Arithmetic::precise, 5, Rules{}.transmittance_min, 2}, {Arithmetic::precise, 5, 1e-4f, 4}, {Arithmetic::fast, 8, Rules{}.transmittance_min, 2}})
+    for (Row const& row : {Row{Arithmetic::precise, 5, Rules{}.transmittance_min, 2},
+                           {Arithmetic::precise, 5, 1e-4f, 4},
+                           {Arithmetic::fast, 8, Rules{}.transmittance_min, 2}})
         for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 127u, 128u, 129u, 1000u}) {
             CAPTURE(row.height);
             CAPTURE(row.stop);

@@ -75,8 +75,13 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
     for (auto const& c : {Case{2000, 120, 120, true}, Case{100, 3, 2, true}, Case{17, 2, 1, false}, Case{1, 1, 1, true},
                           Case{40, 120, 120, true, Arithmetic::fast}, Case{40, 120, 120, true, Arithmetic::fast, Stop::before_crossing}}) {
         auto const m = c.held == 1 ? every(200) : map;
-        RendererOptions o{.grid = grid, .channel_slots = c.slots, .waiting_slots = c.waiting, .storage_slots = c.held,
-                          .arithmetic = c.arithmetic, .digest = true, .fold = c.fold};
+        RendererOptions o{.grid = grid,
+                          .channel_slots = c.slots,
+                          .waiting_slots = c.waiting,
+                          .storage_slots = c.held,
+                          .arithmetic = c.arithmetic,
+                          .digest = true,
+                          .fold = c.fold};
         auto setup = choice(m, grid);
         setup.rules.stop = c.stop;
         auto const base = scene::frame_whole(m, {90, 53});
@@ -88,8 +93,7 @@ TEST_CASE("the picture is that of the naive loop, for any capacities, folded or 
         render::HomesRenderer<homes::HostPolicies<>, CheckedMesh> checked(m, setup, o);
         for (auto const& view : views) {
             auto const a = rows.render(view), b = shared.render(view), v = values.render(view), d = checked.render(view);
-            if (c.arithmetic == Arithmetic::precise)
-                CHECK(differing_pixels(a.image, report::render_naive(m.gaussians, view, rows.rules())) == 0);
+            if (c.arithmetic == Arithmetic::precise) CHECK(differing_pixels(a.image, report::render_naive(m.gaussians, view, rows.rules())) == 0);
             for (auto const* other : {&b, &v, &d}) {
                 CHECK(differing_pixels(a.image, other->image) == 0);
                 CHECK(a.report.pairs == other->report.pairs);

@@ -16,8 +16,8 @@ using Parameters = std::array<double, splat::map::parameters>;
 inline Parameters parameters_of(splat::Gaussian const& g)
 {
     double const o = std::clamp(double{g.opacity}, 1e-6, 1 - 1e-6);
-    return {g.mean_world[0], g.mean_world[1], g.mean_world[2], g.log_scale[0], g.log_scale[1], g.log_scale[2], g.rotation[0], g.rotation[1],
-            g.rotation[2], g.rotation[3], std::log(o / (1 - o)), g.colour[0], g.colour[1], g.colour[2]};
+    return {g.mean_world[0], g.mean_world[1], g.mean_world[2], g.log_scale[0],        g.log_scale[1], g.log_scale[2], g.rotation[0],
+            g.rotation[1],   g.rotation[2],   g.rotation[3],   std::log(o / (1 - o)), g.colour[0],    g.colour[1],    g.colour[2]};
 }
 
 using pose::Splat;

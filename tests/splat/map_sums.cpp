@@ -26,15 +26,12 @@ struct Sums {
     double loss = 0;
     std::uint32_t pixels = 0;
 
-    bool operator==(Sums const& other) const
-    {
-        return pixels == other.pixels && support::same_bits(of, other.of);
-    }
+    bool operator==(Sums const& other) const { return pixels == other.pixels && support::same_bits(of, other.of); }
 };
 /// The sums of a frame over tiles, workers that take turns, and blocks in an order of the test's.
 template <std::uint32_t Lanes, std::uint32_t Group, std::uint32_t Size>
-Sums sums_over(std::vector<Splat> const& splats, View const& view, map::LossRules const& loss, std::vector<TargetPixel> const& target,
-               TileSize size, std::uint32_t workers = 1, std::uint64_t order = 0)
+Sums sums_over(std::vector<Splat> const& splats, View const& view, map::LossRules const& loss, std::vector<TargetPixel> const& target, TileSize size,
+               std::uint32_t workers = 1, std::uint64_t order = 0)
 {
     auto const memory = std::make_unique<map::WalkMemory<Group, Size>>();
     auto const tiling = make_tiling(view.camera.width, view.camera.height, size.tile_width, size.tile_height);

@@ -37,8 +37,8 @@ std::vector<Words<D>> words_of(std::vector<reference::Splat> const& splats)
         double const k = s.b / s.a;
         double along = 0, across = 0;
         for (int i = 0; i < 3; ++i) along += s.v1[i] * s.u3[i], across += (s.v2[i] - k * s.v1[i]) * s.u3[i];
-        out.push_back({{s.u, s.v, s.z, -0.5 / s.a, k, -0.5 * s.a / s.d, along / s.a, across / s.a},
-                       s.opacity, {s.colour[0], s.colour[1], s.colour[2]}});
+        out.push_back(
+            {{s.u, s.v, s.z, -0.5 / s.a, k, -0.5 * s.a / s.d, along / s.a, across / s.a}, s.opacity, {s.colour[0], s.colour[1], s.colour[2]}});
     }
     return out;
 }
@@ -207,7 +207,9 @@ TEST_CASE("pose motion: it agrees with central differences in double on hard sce
         float limit;
         std::uint64_t seed;
     };
-    for (Row const& row : {Row{"slopes to 1.3", {}, 1.3f, 1300}, {"slopes to 0.5", {}, 0.5f, 500}, {"all slopes", {}, 0, 0},
+    for (Row const& row : {Row{"slopes to 1.3", {}, 1.3f, 1300},
+                           {"slopes to 0.5", {}, 0.5f, 500},
+                           {"all slopes", {}, 0, 0},
                            {"radial and tangential", {LensKind::opencv, {0.26f, -0.4f, 0.2f, 0, 0, 0}, {-0.0054f, 0.0026f}, 0, 0}, 1.3f, 0},
                            {"rational", {LensKind::opencv, {0.3f, -0.1f, 0.02f, 0.35f, -0.05f, 0.01f}, {0.001f, -0.002f}, 0, 0}, 1.3f, 0},
                            {"barrel", {LensKind::opencv, {-0.28f, 0.07f, 0, 0, 0, 0}, {}, 0, 0}, 1.3f, 0},
@@ -230,8 +232,8 @@ TEST_CASE("pose motion: it agrees with central differences in double on hard sce
             auto const exact = by_templates(words_of(reference::projected(cloud, c, rules)), view), mine = by_templates(words_of(cloud, view), view);
             for (std::uint32_t i = 0; i < 4; ++i) most = std::max(most, l2_error(mine, exact, i, [](auto) { return true; }));
         }
-        MESSAGE(std::string(row.name) << ": p50 " << errors.quantile(0.5) << ", p99 " << errors.quantile(0.99) << ", largest " << errors.most << " of "
-                                      << errors.all.size() << "; float " << most);
+        MESSAGE(std::string(row.name) << ": p50 " << errors.quantile(0.5) << ", p99 " << errors.quantile(0.99) << ", largest " << errors.most
+                                      << " of " << errors.all.size() << "; float " << most);
         CHECK(scenes > 10);
         CHECK(errors.not_numbers == 0);
         CHECK(errors.quantile(0.99) < 1e-5);

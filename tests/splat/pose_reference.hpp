@@ -108,7 +108,8 @@ inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules cons
 {
     if (!(g.opacity >= m.alpha_min)) return false;
     if (!place({g.mean_world[0], g.mean_world[1], g.mean_world[2]}, {g.log_scale[0], g.log_scale[1], g.log_scale[2]},
-               {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]}, c, m, s)) return false;
+               {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]}, c, m, s))
+        return false;
     s.opacity = std::min(1.0f, g.opacity), s.id = g.id;
     std::copy_n(g.colour, 3, s.colour);
     return true;

@@ -161,7 +161,8 @@ std::uint32_t unlike(std::vector<float> const& values, InLanes const& in_lanes, 
         in_lanes(&values[i], out);
         for (std::uint32_t k = 0; k < N; ++k) {
             float const right = alone(values[i + k]);
-            count += std::bit_cast<std::uint32_t>(out[k]) != std::bit_cast<std::uint32_t>(right) && !(std::isnan(out[k]) && std::isnan(right)) ? 1 : 0;
+            count +=
+                std::bit_cast<std::uint32_t>(out[k]) != std::bit_cast<std::uint32_t>(right) && !(std::isnan(out[k]) && std::isnan(right)) ? 1 : 0;
         }
     }
     return count;
@@ -211,8 +212,7 @@ TEST_CASE("logarithm: within 1 ulp of the double logarithm over its whole range,
     std::uint32_t zeros = 0;
     auto const look = [&](std::uint32_t bits) {
         float const x = std::bit_cast<float>(bits), y = logarithm(x);
-        if (x == 1)
-            CHECK(std::bit_cast<std::uint32_t>(y) == 0);
+        if (x == 1) CHECK(std::bit_cast<std::uint32_t>(y) == 0);
         else
             worst = std::max(worst, ulps_off(y, std::log(double{x})));
         zeros += y == 0 ? 1 : 0;
@@ -353,7 +353,8 @@ TEST_CASE("project_all: the bits of project, for rules and cameras at their ends
             }
         };
         with(&Rules::alpha_min, {0.0f, -0.0f, -1.0f, subnormal, 1e-42f, smallest, 1e-36f, 1.0f, 2.0f, infinity, not_a_number});
-        for (auto const member : {&Rules::dilation, &Rules::jacobian_limit}) with(member, {0.0f, 1e-30f, 1e10f, 1e20f, 3e38f, infinity, -1.0f, not_a_number});
+        for (auto const member : {&Rules::dilation, &Rules::jacobian_limit})
+            with(member, {0.0f, 1e-30f, 1e10f, 1e20f, 3e38f, infinity, -1.0f, not_a_number});
         for (float const v : {0.0f, 1e-20f, 1e20f, -100.0f, infinity, not_a_number})
             for (auto* const word : {+[](Camera& c) { return &c.fx; }, +[](Camera& c) { return &c.cy; }, +[](Camera& c) { return &c.position[1]; },
                                      +[](Camera& c) { return &c.rotation[2][2]; }, +[](Camera& c) { return &c.near_depth; }}) {

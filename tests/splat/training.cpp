@@ -174,20 +174,21 @@ TEST_CASE("training: a splat is in the 16 x 16 tiles that its square touches, as
         bool shows;
         std::optional<bool> in_square{}; ///< with the footprint of the square alone
     };
-    for (Row const& row : {// The far end: 34 + 31 = 65 touches the tile of pixels 64 to 79, anything less does not, although pixel 64 is within 3 sigma.
-                           Row{34, 64, true},
-                           {34, 66, true, false}, // outside the square, in a tile that it touches
-                           {33.9375f, 64, false, true},
-                           {33.9375f, 63, true},
-                           // The near end: 47 - 31 = 16 touches the tile of pixels 16 to 31, anything less the first tile too.
-                           {47, 15, false},
-                           {47, 16, true},
-                           {46.9375f, 15, true},
-                           {46.9375f, 14, true}, // 32.94 pixels from the mean, outside the square
-                           // The borders of the frame: a square that reaches less than a pixel into it is not drawn; the last tile is cut by the frame.
-                           {-30, 0, true},
-                           {-30.0625f, 0, false, true},
-                           {150.5f, 119, true}})
+    for (Row const& row :
+         {// The far end: 34 + 31 = 65 touches the tile of pixels 64 to 79, anything less does not, although pixel 64 is within 3 sigma.
+          Row{34, 64, true},
+          {34, 66, true, false}, // outside the square, in a tile that it touches
+          {33.9375f, 64, false, true},
+          {33.9375f, 63, true},
+          // The near end: 47 - 31 = 16 touches the tile of pixels 16 to 31, anything less the first tile too.
+          {47, 15, false},
+          {47, 16, true},
+          {46.9375f, 15, true},
+          {46.9375f, 14, true}, // 32.94 pixels from the mean, outside the square
+          // The borders of the frame: a square that reaches less than a pixel into it is not drawn; the last tile is cut by the frame.
+          {-30, 0, true},
+          {-30.0625f, 0, false, true},
+          {150.5f, 119, true}})
         for (bool const down : {false, true}) {
             if (down && row.middle > 100) continue; // the frame has 70 rows
             CAPTURE(row.middle);

@@ -43,8 +43,17 @@ inline std::vector<double> rasterised(std::span<tilemesh::splat::Gaussian const>
         double const px = p.u + camera.cx - 0.5, py = p.v + camera.cy - 0.5;
         auto const across = tiles_touched(px, radius, columns), down = tiles_touched(py, radius, rows);
         if ((across[1] - across[0]) * (down[1] - down[0]) == 0) continue;
-        RasterisedSplat s{px,        py,        {c / determinant, -b / determinant, a / determinant}, g.opacity, p.z, {}, across[0],
-                          across[1], down[0], down[1],   static_cast<std::uint32_t>(g.id)};
+        RasterisedSplat s{px,
+                          py,
+                          {c / determinant, -b / determinant, a / determinant},
+                          g.opacity,
+                          p.z,
+                          {},
+                          across[0],
+                          across[1],
+                          down[0],
+                          down[1],
+                          static_cast<std::uint32_t>(g.id)};
         for (std::size_t i = 0; i < 3; ++i) s.colour[i] = std::max(double{g.colour[i]}, 0.0);
         splats.push_back(s);
     }

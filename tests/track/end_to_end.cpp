@@ -35,7 +35,10 @@ splat::Camera camera(int k)
     auto const first = scene::built_in_camera({size.width, size.height});
     return scene::make_camera(moved(scene::pose_of(first), {{0.01 * k, 0.0, 0.02 * k}, {0.005 * k, 0.01 * k, 0.0}}), scene::lens_of(first));
 }
-scene::Pose pose(int k) { return scene::pose_of(camera(k)); }
+scene::Pose pose(int k)
+{
+    return scene::pose_of(camera(k));
+}
 /// What cameras 0 to n - 1 see.
 std::vector<TrackTarget> targets_of(scene::Map const& map, int n, Spoiling const* spoiling)
 {
@@ -138,9 +141,9 @@ TEST_CASE("tracked poses have equal bits over tile sizes, threads and engines, w
             CHECK(expected[k].verdict == Verdict::converged);
             CHECK(std::fabs(twist_between(pose(static_cast<int>(k)), expected[k].pose).phi.y) < 2e-3);
         }
-        for (auto const& frames : {track_with(PoseEvaluator(map, size, {2, {16, 16}}), targets, one_in),
-                                   track_with(PoseEvaluator(map, size, {3, {8, 24}}), targets, one_in),
-                                   track_with(Checked(map, size, {1, {16, 8}}), targets, one_in)})
+        for (auto const& frames :
+             {track_with(PoseEvaluator(map, size, {2, {16, 16}}), targets, one_in),
+              track_with(PoseEvaluator(map, size, {3, {8, 24}}), targets, one_in), track_with(Checked(map, size, {1, {16, 8}}), targets, one_in)})
             for (std::size_t k = 0; k < targets.size(); ++k) {
                 auto const &a = frames[k], &b = expected[k];
                 CHECK(std::memcmp(&a.pose.rotation, &b.pose.rotation, sizeof a.pose.rotation) == 0);

@@ -72,8 +72,11 @@ TEST_CASE("pose evaluator: sums have equal bits over tilings, threads, engines a
     for (auto jacobian : {Jacobian::forward, Jacobian::gradient, Jacobian::esm})
         for (std::uint32_t cell : {1u, 2u, 4u, 8u})
             for (bool exposure : {false, true}) {
-                TrackOptions const o{.level = {cell, jacobian, {0.1, 0.01}}, .with_depth = cell != 2, .with_exposure = exposure,
-                                     .one_in = exposure == (cell != 4) ? 1u : 3u, .scene_depth = 2.5f};
+                TrackOptions const o{.level = {cell, jacobian, {0.1, 0.01}},
+                                     .with_depth = cell != 2,
+                                     .with_exposure = exposure,
+                                     .one_in = exposure == (cell != 4) ? 1u : 3u,
+                                     .scene_depth = 2.5f};
                 auto const first = evaluate<PoseEvaluator>(c, o);
                 CHECK(first.pixels > 0);
                 CHECK(first.h[0][0] > 0);

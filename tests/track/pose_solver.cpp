@@ -287,14 +287,22 @@ TEST_CASE("an evaluator that returns NaN, sometimes or always, moves no pose and
 
     // NaN everywhere but at the start: all steps are refused.
     std::uint32_t seen = 0;
-    auto const stuck = solve(altered(points, [&](auto& e) { if (seen++ > 0) e.cost = not_a_number; }), start);
+    auto const stuck = solve(altered(points,
+                                     [&](auto& e) {
+                                         if (seen++ > 0) e.cost = not_a_number;
+                                     }),
+                             start);
     CHECK(!stuck.converged());
     CHECK(stuck.pose.position == start.position);
     CHECK(stuck.evaluations <= 30);
 
     // Every third evaluation: those steps are refused, and the others lead to the end.
     seen = 0;
-    auto const found = solve(altered(points, [&](auto& e) { if (seen++ % 3 == 2) e.g[0] = not_a_number; }), start);
+    auto const found = solve(altered(points,
+                                     [&](auto& e) {
+                                         if (seen++ % 3 == 2) e.g[0] = not_a_number;
+                                     }),
+                             start);
     CHECK(found.converged());
     CHECK(degrees_between(found.pose.rotation, truth.rotation) < 1e-4);
 }
@@ -304,7 +312,9 @@ TEST_CASE("steps that never lower the cost do not count as convergence far from 
     Random random;
     auto const truth = scene::pose_of(true_camera());
     auto points = cloud(true_camera(), 100, random);
-    auto const uphill = altered(points, [](auto& e) { for (double& g : e.g) g = -g; });
+    auto const uphill = altered(points, [](auto& e) {
+        for (double& g : e.g) g = -g;
+    });
     auto const start = disturbed(truth, 5.0, 0.05, random);
     auto const far = solve(uphill, start);
     CHECK(!far.converged());
@@ -323,10 +333,13 @@ TEST_CASE("leaving the map wins nothing: a step that keeps half of the pixels or
     for (std::uint32_t const rest : {50u, 51u}) {
         auto points = cloud(true_camera(), 100, random);
         auto const start = disturbed(truth, 2.0, 0.02, random);
-        auto const s = solve(altered(points, [&](auto& e, splat::Camera const& camera, track::Level const&) {
-            bool const at_start = scene::pose_of(camera).position == scene::pose_of(scene::make_camera(start, lens())).position;
-            e.pixels = at_start ? 100 : rest;
-        }), start);
+        auto const s = solve(altered(points,
+                                     [&](auto& e, splat::Camera const& camera, track::Level const&) {
+                                         bool const at_start =
+                                             scene::pose_of(camera).position == scene::pose_of(scene::make_camera(start, lens())).position;
+                                         e.pixels = at_start ? 100 : rest;
+                                     }),
+                             start);
         CHECK((s.steps > 0) == (rest == 51));
     }
     // Nor does leaving in several steps, each of which keeps 70 %: what counts is the most of the level.
@@ -440,7 +453,11 @@ TEST_CASE("a short step that changes the exposure is evaluated on the last level
         problem.light = {brighter, -0.5 * brighter};
         problem.unknowns = 8;
         // The coarse level leaves the exposure as it was, so that the last level has to find it.
-        auto const s = solve(altered(problem, [](auto& e, auto const&, track::Level const& level) { if (level.cell == 2) e.g[6] = e.g[7] = 0.0; }), {}, 2);
+        auto const s = solve(altered(problem,
+                                     [](auto& e, auto const&, track::Level const& level) {
+                                         if (level.cell == 2) e.g[6] = e.g[7] = 0.0;
+                                     }),
+                             {}, 2);
         CHECK(evaluations_by_level(problem) == std::vector<std::uint32_t>{1, brighter < 9e-4 ? 1u : 2u});
         CHECK(s.ending == track::Ending::small_step);
         CHECK(std::fabs(s.exposure.log_gain - brighter) <= 1e-3 * brighter);

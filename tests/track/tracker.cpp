@@ -95,7 +95,9 @@ TEST_CASE("a frame of another place, of nothing, of NaN or of little is lost; th
             for (auto& p : bad.points) p.u = 640.0 * std::fabs(walk.random.number()), p.v = 480.0 * std::fabs(walk.random.number());
         if (what == "nothing") bad.points.clear();
         if (what == "little") bad.points.resize(bad.points.size() / 10);
-        auto const f = tracker.track(altered(bad, [&](auto& e) { if (what == "not a number") e.g[2] = std::numeric_limits<double>::quiet_NaN(); }));
+        auto const f = tracker.track(altered(bad, [&](auto& e) {
+            if (what == "not a number") e.g[2] = std::numeric_limits<double>::quiet_NaN();
+        }));
         INFO(what, ": ", f.why);
         CHECK(f.verdict == track::Verdict::lost);
         CHECK(f.why == (what == "other place" ? "the picture does not match the map at any pose nearby" : what == "little" ? "most of the view has left the map" : "no pixel could be compared, or the sums are not finite"));
@@ -189,7 +191,9 @@ TEST_CASE("a solver that does not converge loses the frame, unless its last step
     auto const at = scene::pose_of(Walk::camera(0));
     track::Tracker tracker(lens(), scale_of_points, track::moved(at, {{}, {0.05, 0.0, 0.0}}), options());
     auto points = walk.frame(0);
-    auto const f = tracker.track(altered(points, [](auto& e) { for (double& g : e.g) g = -g; }));
+    auto const f = tracker.track(altered(points, [](auto& e) {
+        for (double& g : e.g) g = -g;
+    }));
     CHECK(f.verdict == track::Verdict::lost);
     CHECK(f.why == "no step lowers the cost");
 

@@ -44,7 +44,10 @@ glm::dmat4 matrix(scene::Pose const& pose)
     m[3] = {pose.position, 1.0};
     return m;
 }
-double translation(glm::dmat4 const& m) { return glm::length(glm::dvec3{m[3]}); }
+double translation(glm::dmat4 const& m)
+{
+    return glm::length(glm::dvec3{m[3]});
+}
 double degrees(glm::dmat4 const& m)
 {
     return std::acos(std::fmin(1.0, std::fmax(-1.0, (m[0][0] + m[1][1] + m[2][2] - 1.0) / 2.0))) * 180.0 / pi;
