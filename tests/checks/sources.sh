@@ -155,13 +155,6 @@ refuse "statics that change" "$(printf '%s\n' "$text" | grep -oE '^[^:]*:[0-9]+|
 refuse "unknown macros" "$(printf '%s\n' "$text" | sed -nE 's/^([^:]*:[0-9]+): *# *define ([A-Za-z_]+).*/\1 \2/p' |
     grep -vE ' TILEMESH_(VERSION|KERNEL|HOST|EXPECT|EXACT_BEGIN|EXACT_END|INSTRUCTION_SETS)$|^poplar/codelet\.hpp:[0-9]+ TILEMESH_(MULTI_)?VERTEX$' || true)"
 
-# kernels.cpp must be all of it.
-here="$1/tests/checks/kernels.cpp"
-for file in $kernel_code; do
-    if [ "$file" != config.hpp ] && ! grep -q "#include <tilemesh/$file>" "$here"; then
-        echo "tests/checks/kernels.cpp does not include $file" && failed=1
-    fi
-done
 refuse "test cases belong into .cpp files (ctest runs them file by file)" \
     "$(grep -lE '^ *TEST_CASE' "$1"/tests/*/*.hpp 2>/dev/null || true)"
 exit $failed
