@@ -2,7 +2,6 @@
 #include "reference.hpp"
 
 using namespace stability;
-using tilemesh::splat::exponential;
 
 // rho = error of alpha / (error from moving every input by one ulp + u): 1 is as good as the inputs allow.
 namespace {
@@ -198,34 +197,4 @@ TEST_CASE("rho: the truth in double is that of a wider type, and of the textbook
     MESSAGE("off by ", worst, " and ", worst_textbook, " of what is measured");
     CHECK(worst < 1e-4);
     CHECK(worst_textbook < 0.01);
-}
-
-TEST_CASE("rho: the exponential is within 2 ulp")
-{
-    std::uint32_t const samples = support::fast() ? 200000 : 4000000;
-    support::Random random(42);
-    double worst = 0;
-    float where = 0;
-    auto const measure = [&](float x) {
-        double const right = std::exp(double(x));
-        int exponent;
-        std::frexp(right, &exponent);
-        double const ulp = std::ldexp(1.0, exponent - 24);
-        double const error = std::fabs(double(exponential(x)) - right) / ulp;
-        if (error > worst) {
-            worst = error;
-            where = x;
-        }
-    };
-    for (std::uint32_t i = 0; i < samples; ++i) {
-        measure(random.uniform(-87, 88));
-        measure(random.uniform(-6, 0.5f)); // where alpha and scales are
-    }
-    for (float x = 1e-38f; x < 80; x *= 1.01f) { // towards 0
-        measure(x);
-        measure(-x);
-    }
-    MESSAGE("off by at most ", worst, " ulp, at ", where);
-    CHECK(worst <= 2);
-    CHECK(exponential(0) == 1.0f);
 }
