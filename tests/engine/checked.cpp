@@ -192,57 +192,6 @@ TEST_CASE("a message too many, and a write past a channel's end, are caught")
     CHECK(has(caught<OverSendWide>(), "[tile (2, 3), superstep 0 ("));
 }
 
-namespace {
-
-enum class Sin { none, writes, sends, notes, votes, fills };
-
-struct Trigger { // tile (0, 0) keeps UntilQuiet running
-    std::uint32_t left;
-};
-struct Diary {
-    std::uint32_t word;
-};
-struct Wake {
-    Vote operator()(Trigger const& trigger) const noexcept { return trigger.left != 0 ? Vote::busy : Vote::quiet; }
-};
-template <Sin What>
-struct Restless {
-    Vote operator()(Trigger& trigger, Diary& diary, Four& four, Here here, In<Wire>, Out<Wire> out) const noexcept
-    {
-        if (trigger.left != 0) --trigger.left;
-        if (here.tile == culprit) {
-            if (What == Sin::writes) ++diary.word;
-            if (What == Sin::sends) out[Direction::north].push(1);
-            if (What == Sin::notes) out[Direction::north].set_note(1);
-            if (What == Sin::votes) return Vote::busy;
-            if (What == Sin::fills) (void)four.try_push(1);
-        }
-        return trigger.left != 0 ? Vote::busy : Vote::quiet;
-    }
-};
-template <Sin What>
-std::string restless(bool check, std::uint32_t passes = 3)
-{
-    CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<What>>>> mesh{{}, {3, 4}, {.check_quiet_tiles = check}};
-    mesh.template state<Trigger>(TileId::at(0, 0)).left = passes;
-    return error_of([&] { mesh.run(); });
-}
-
-} // namespace
-
-TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is caught")
-{
-    CHECK(restless<Sin::none>(true).empty());
-    for (auto const& text : {restless<Sin::writes>(true), restless<Sin::sends>(true), restless<Sin::notes>(true),
-                             restless<Sin::votes>(true), restless<Sin::fills>(true)}) {
-        CHECK(has(text, " on a tile that was quiet and had no mail"));
-        CHECK(has(text, "; vote busy earlier"));
-        CHECK(has(text, "[tile (1, 2), superstep 1 (Restless)]"));
-    }
-    CHECK(restless<Sin::writes>(true, 0).empty()); // no tile votes in this kernel
-    CHECK(restless<Sin::writes>(false).empty());   // the check is off
-}
-
 TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thread")
 {
     Repeat<Diffuse> const program{3};
@@ -252,20 +201,6 @@ TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thr
     checked.on_threads([&](std::uint32_t thread, std::uint32_t threads) { calls += thread == 0 && threads == 1 ? 1 : 100; });
     CHECK(calls == 1);
     check_same(checked.run(), mesh.run());
-}
-
-TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
-{
-    auto const run = [](bool check) {
-        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{{}, {3, 4}, {.digest = true, .check_quiet_tiles = check}};
-        mesh.state<Trigger>(TileId::at(2, 1)).left = 5;
-        auto counters = mesh.run();
-        return std::pair(counters, words_of(mesh));
-    };
-    auto const with = run(true), without = run(false);
-    check_same(with.first, without.first);
-    CHECK(with.second == without.second);
-    CHECK(with.first.steps[1].tile_runs == 5);
 }
 
 namespace {
@@ -317,47 +252,28 @@ constexpr auto dead = poison_word;
 TEST_CASE("what is dead is poison: slots never written, items beyond the size, mail that was read")
 {
     using Words = std::vector<std::uint32_t>;
-    Grid const grid{3, 4};
-    {
-        CheckedMesh<Superstep<ReadStale>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<ReadStale>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{70, 71, 72, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{70, dead, dead, dead});
-        mesh.run();
-        CHECK(found(mesh) == Words{70, dead, dead, dead});
-    }
-    { // items that the host loaded become poison like items that a kernel wrote
-        CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
-        auto four = mesh.state<Four>(culprit);
-        for (std::uint32_t i = 0; i < 4; ++i) four.push(i + 1);
-        mesh.run();
-        CHECK(found(mesh) == Words{1, dead, dead, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{9, 9, 9, 9});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>, Superstep<ReadOldMail>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
-    { // a slot of an outgoing end that no kernel wrote
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{{}, grid};
-        mesh.run();
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
+    auto const found_by = []<class... Steps>(Sequence<Steps...>, int runs, auto const& load) {
+        CheckedMesh<Sequence<Steps...>> mesh{{}, Grid{3, 4}};
+        load(mesh);
+        for (int i = 0; i < runs; ++i) mesh.run();
+        return found(mesh);
+    };
+    auto const none = [](auto&) {};
+    Superstep<ReadStale> const read;
+    Superstep<FillThree> const fill;
+    Superstep<KeepOne> const keep;
+    Superstep<SayNine> const say;
+    Superstep<ReadOldMail> const old;
+    CHECK(found_by(Sequence{read}, 1, none) == Words{dead, dead, dead, dead});
+    CHECK(found_by(Sequence{fill, read}, 1, none) == Words{70, 71, 72, dead});
+    for (int runs : {1, 2}) CHECK(found_by(Sequence{fill, keep, read}, runs, none) == Words{70, dead, dead, dead});
+    // Items that the host loaded become poison like items that a kernel wrote.
+    CHECK(found_by(Sequence{keep, read}, 1, [](auto& mesh) {
+              for (std::uint32_t i = 0; i < 4; ++i) mesh.template state<Four>(culprit).push(i + 1);
+          }) == Words{1, dead, dead, dead});
+    CHECK(found_by(Sequence{say, old}, 1, none) == Words{9, 9, 9, 9});
+    CHECK(found_by(Sequence{say, old, old}, 1, none) == Words{dead, dead, dead, dead});
+    CHECK(found_by(Sequence{say, Superstep<Hear>{}}, 2, none) == Words{dead, dead, dead, dead}); // a slot of an outgoing end that no kernel wrote
     float nan;
     std::memcpy(&nan, &poison_word, 4);
     CHECK(nan != nan); // read as a float, poison is not a number
