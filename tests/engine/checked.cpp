@@ -48,106 +48,59 @@ void check_place(std::string const& text, char const* kernel)
     CHECK(has(text, std::string("[tile (1, 2), superstep 0 (") + kernel + ")]"));
 }
 
-template <int Where>
-struct WritePast { // through operator[]. Where: -1 is the item before the last, 0 the last item, 1 the item past the capacity
-    void operator()(Four& four, Here here) const noexcept
+/// Does something with a list or state of one tile.
+template <class X, auto Do, TileId Where = culprit>
+struct On {
+    static constexpr char const* name = "on";
+    void operator()(X& x, Here here) const noexcept
     {
-        four.resize(4);
-        if (here.tile == culprit) four[static_cast<std::uint32_t>(3 + Where)] = 5;
-    }
-};
-struct WriteBefore {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit) *(four.begin() - 1) = 5;
-    }
-};
-struct WritePastWide {
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == culprit) wides[3].id = 5;
-    }
-};
-struct WriteLastWide {
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == culprit) wides[2].data[13] = 5;
-    }
-};
-struct OverpushOnTheLastTile { // the whole item lies past the last region of the arena
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == TileId::at(2, 3))
-            for (std::uint32_t i = 0; i < 4; ++i) wides.unchecked_push({});
+        if (here.tile == Where) Do(x);
     }
 };
 template <std::uint32_t Size>
-struct SetSize {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit) four.truncate(Size);
-    }
-};
-struct Overpush {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit)
-            for (std::uint32_t i = 0; i < 5; ++i) four.unchecked_push(i);
-    }
-};
-struct OverpushLimit {
-    void operator()(UpToFour& list, Here here) const noexcept
-    {
-        if (here.tile == culprit)
-            for (std::uint32_t i = 0; i < 3; ++i) list.unchecked_push(i);
-    }
-};
-struct WritePastStruct {
-    void operator()(Out3& small, Here here) const noexcept
-    {
-        auto* const words = small.word;
-        if (here.tile == culprit) __builtin_memset(words + 2, 1, 8);
-    }
-};
-struct WritePastBig {
-    void operator()(Big& big, Here here) const noexcept
-    {
-        auto* const words = big.word;
-        if (here.tile == culprit) __builtin_memset(words + 39, 1, 8);
-    }
-};
+using SetSize = On<Four, [](Four& four) { four.truncate(Size); }>;
+template <std::uint32_t Index> // through operator[] of a list with 4 items
+using WriteItem = On<Four, [](Four& four) { four.resize(4), four[Index] = 5; }>;
+template <class List, std::uint32_t Items, TileId Where = culprit>
+using Push = On<List, [](List& list) { for (std::uint32_t i = 0; i < Items; ++i) list.unchecked_push({}); }, Where>;
+using WriteBefore = On<Four, [](Four& four) { *(four.begin() - 1) = 5; }>;
+using WriteLastWide = On<Wides, [](Wides& wides) { wides[2].data[13] = 5; }>;
+using WritePastWide = On<Wides, [](Wides& wides) { wides[3].id = 5; }>;
+template <class Struct, std::uint32_t Words>
+using WritePastStruct = On<Struct, [](Struct& x) {
+    auto* const words = x.word;
+    __builtin_memset(words + Words - 1, 1, 8);
+}>;
 
 } // namespace
 
 TEST_CASE("a write outside a region is caught, with tile, superstep and kernel; one inside is not")
 {
     char const* const outside = "a kernel wrote outside a region of its tile";
-    CHECK(caught<WritePast<0>>().empty());
+    CHECK(caught<WriteItem<3>>().empty());
     CHECK(caught<WriteLastWide>().empty());
-    auto const past = caught<WritePast<1>>();
-    CHECK(has(past, outside));
-    CHECK(has(past, "; use try_push and check indices"));
-    check_place(past, "WritePast");
-    for (auto const& text : {caught<WritePast<2>>(), caught<WriteBefore>(), caught<WritePastWide>(),
-                             caught<WritePastStruct>(), caught<WritePastBig>()}) {
+    for (auto const& text : {caught<WriteItem<4>>(), caught<WriteItem<5>>(), caught<WriteBefore>(), caught<WritePastWide>(),
+                             caught<WritePastStruct<Out3, 3>>(), caught<WritePastStruct<Big, 40>>()}) {
         CHECK(has(text, outside));
-        CHECK(has(text, "[tile (1, 2), superstep 0 ("));
+        CHECK(has(text, "; use try_push and check indices"));
+        check_place(text, "on");
     }
-    CHECK(has(caught<OverpushOnTheLastTile>(), "[tile (2, 3), superstep 0 ("));
+    // The whole item lies past the last region of the arena.
+    CHECK(has(caught<Push<Wides, 4, TileId::at(2, 3)>>(), "[tile (2, 3), superstep 0 (on)]"));
 }
 
 TEST_CASE("a size above the capacity is caught, at n + 1 and not at n")
 {
     CHECK(caught<SetSize<4>>().empty());
-    check_place(caught<SetSize<5>>(), "SetSize");
-    check_place(caught<SetSize<0xffffffffu>>(), "SetSize");
-    check_place(caught<Overpush>(), "Overpush");
+    check_place(caught<SetSize<5>>(), "on");
+    check_place(caught<SetSize<0xffffffffu>>(), "on");
+    check_place(caught<Push<Four, 5>>(), "on");
     auto const limited = [](std::uint32_t limit) {
-        return caught<OverpushLimit>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); });
+        return caught<Push<UpToFour, 3>>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); });
     };
     CHECK(limited(4).empty());
     CHECK(limited(3).empty());
-    check_place(limited(2), "OverpushLimit"); // the third item is within the region and above the limit
+    check_place(limited(2), "on"); // the third item is within the region and above the limit
 }
 
 namespace {
