@@ -45,8 +45,7 @@ Gaussian sample(support::Random& random, float nearest, float farthest, float me
 {
     auto g = support::ball(1, 0, 0);
     float const z = random.uniform(nearest, farthest);
-    g.mean_world[0] = random.uniform(-0.6f, 0.6f) * z, g.mean_world[1] = random.uniform(-0.34f, 0.34f) * z,
-    g.mean_world[2] = z;
+    g.mean_world[0] = random.uniform(-0.6f, 0.6f) * z, g.mean_world[1] = random.uniform(-0.34f, 0.34f) * z, g.mean_world[2] = z;
     for (float& s : g.log_scale) { // nearly normal
         float sum = 0;
         for (int i = 0; i < 12; ++i) sum += random.uniform(0, 1);
@@ -111,11 +110,8 @@ TEST_CASE("row 64: splats of more than 256 pixels stay finite")
         naive += std::isfinite(as_half(sigma * sigma + 0.3f)) ? 0 : 1;
         auto const s = our_splat(g, camera, Rules{});
         REQUIRE(s.visible());
-        ours += std::isfinite(s.along) && std::isfinite(s.slope) && std::isfinite(s.across) && s.along < 0 && s.across < 0
-                    ? 0
-                    : 1;
-        error = std::max(error,
-                         std::fabs(double{alpha_at(s, 300, -100)} - truth<double>(g, camera, Rules{}).alpha_at(300, -100)));
+        ours += std::isfinite(s.along) && std::isfinite(s.slope) && std::isfinite(s.across) && s.along < 0 && s.across < 0 ? 0 : 1;
+        error = std::max(error, std::fabs(double{alpha_at(s, 300, -100)} - truth<double>(g, camera, Rules{}).alpha_at(300, -100)));
     }
     CHECK(naive == 4); // all but 255
     CHECK(ours == 0);
@@ -132,8 +128,7 @@ TEST_CASE("row 65: an axis of 1e-4 is kept")
     double const error = std::fabs(double{ours} / double{size} - 1);
     CHECK(naive == 0.0f);
     CHECK(error <= 1e-6);
-    stability::report(
-        {65, "s = 1e-4", "s^2 = 0 in half: the axis is lost", "off by " + number(error) + ", relative", "1e-6", true});
+    stability::report({65, "s = 1e-4", "s^2 = 0 in half: the axis is lost", "off by " + number(error) + ", relative", "1e-6", true});
 }
 
 TEST_CASE("row 66: a mean at pixel 1279.4 keeps its place")
@@ -153,51 +148,51 @@ TEST_CASE("row 66: a mean at pixel 1279.4 keeps its place")
     }
     CHECK(naive > 0.005);
     CHECK(ours <= 0.005);
-    stability::report({66, "means at 1024 to 1280 px, 1279.4 among them", number(naive) + " px in half",
-                       number(ours) + " px", "0.005 px", true});
+    stability::report({66, "means at 1024 to 1280 px, 1279.4 among them", number(naive) + " px in half", number(ours) + " px", "0.005 px", true});
 }
 
 TEST_CASE("row 67: the stored form of the covariance keeps alpha")
 {
     Spread naive, cholesky, ours;
-    each_sample(support::fast() ? 4'000 : 40'000, 67, 1, 8, -3.5f, 1, [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
-        double const right = e.alpha_at(double{x}, double{y});
-        float const dx = static_cast<float>(double{x} - e.x), dy = static_cast<float>(double{y} - e.y);
-        auto const half = [](double v) { return as_half(static_cast<float>(v)); };
-        auto const& d = e.determinant;
-        naive.add(std::fabs(alpha_of_conic(half(e.c / d), half(-e.b / d), half(e.a / d), g.opacity, dx, dy) - right), 0);
-        // 1 / sqrt a, b / a, sqrt(a / D).
-        float const l1 = half(1 / std::sqrt(e.a)), k = half(e.b / e.a), l2 = half(std::sqrt(e.a / d));
-        float const p = l1 * dx, q = l2 * (dy - k * dx);
-        cholesky.add(std::fabs(double{g.opacity} * std::exp(-0.5 * double{p * p + q * q}) - right), 0);
-        ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
-    });
+    each_sample(support::fast() ? 4'000 : 40'000, 67, 1, 8, -3.5f, 1,
+                [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
+                    double const right = e.alpha_at(double{x}, double{y});
+                    float const dx = static_cast<float>(double{x} - e.x), dy = static_cast<float>(double{y} - e.y);
+                    auto const half = [](double v) { return as_half(static_cast<float>(v)); };
+                    auto const& d = e.determinant;
+                    naive.add(std::fabs(alpha_of_conic(half(e.c / d), half(-e.b / d), half(e.a / d), g.opacity, dx, dy) - right), 0);
+                    // 1 / sqrt a, b / a, sqrt(a / D).
+                    float const l1 = half(1 / std::sqrt(e.a)), k = half(e.b / e.a), l2 = half(std::sqrt(e.a / d));
+                    float const p = l1 * dx, q = l2 * (dy - k * dx);
+                    cholesky.add(std::fabs(double{g.opacity} * std::exp(-0.5 * double{p * p + q * q}) - right), 0);
+                    ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
+                });
     CHECK(naive.max_error() > 1e-2);
     CHECK(ours.max_error() <= 1e-2);
-    stability::report({67, std::to_string(ours.size()) + " random splats",
-                       "conic in half: max " + number(naive.max_error()) + ", p99 " + number(naive.error(0.99)),
-                       "max " + number(ours.max_error()) + ", p99 " + number(ours.error(0.99)) + " (Cholesky in half: max " +
-                           number(cholesky.max_error()) + ")",
-                       "1e-2", true});
+    stability::report(
+        {67, std::to_string(ours.size()) + " random splats", "conic in half: max " + number(naive.max_error()) + ", p99 " + number(naive.error(0.99)),
+         "max " + number(ours.max_error()) + ", p99 " + number(ours.error(0.99)) + " (Cholesky in half: max " + number(cholesky.max_error()) + ")",
+         "1e-2", true});
 }
 
 TEST_CASE("row 68: the power is not expanded in absolute pixels")
 {
     auto const camera = plain_camera();
     Spread naive, ours;
-    each_sample(support::fast() ? 4'000 : 40'000, 68, 2, 10, -4, 0.7f, [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
-        double const right = e.alpha_at(double{x}, double{y});
-        // A x^2 + B x y + C y^2 + D x + E y + F, coefficients rounded once.
-        double const xx = e.c / e.determinant, xy = -e.b / e.determinant, yy = e.a / e.determinant;
-        double const mx = e.x + double{camera.cx}, my = e.y + double{camera.cy};
-        auto const f = [](double v) { return static_cast<float>(v); };
-        float const a = f(-0.5 * xx), b = f(-xy), c = f(-0.5 * yy), d = f(xx * mx + xy * my), h = f(yy * my + xy * mx),
-                    k = f(-0.5 * (xx * mx * mx + yy * my * my) - xy * mx * my);
-        float const px = x + camera.cx, py = y + camera.cy;
-        float const power = a * px * px + b * px * py + c * py * py + d * px + h * py + k;
-        naive.add(std::fabs(double{g.opacity} * std::min(1.0, std::exp(double{power})) - right), 0);
-        ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
-    });
+    each_sample(support::fast() ? 4'000 : 40'000, 68, 2, 10, -4, 0.7f,
+                [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
+                    double const right = e.alpha_at(double{x}, double{y});
+                    // A x^2 + B x y + C y^2 + D x + E y + F, coefficients rounded once.
+                    double const xx = e.c / e.determinant, xy = -e.b / e.determinant, yy = e.a / e.determinant;
+                    double const mx = e.x + double{camera.cx}, my = e.y + double{camera.cy};
+                    auto const f = [](double v) { return static_cast<float>(v); };
+                    float const a = f(-0.5 * xx), b = f(-xy), c = f(-0.5 * yy), d = f(xx * mx + xy * my), h = f(yy * my + xy * mx),
+                                k = f(-0.5 * (xx * mx * mx + yy * my * my) - xy * mx * my);
+                    float const px = x + camera.cx, py = y + camera.cy;
+                    float const power = a * px * px + b * px * py + c * py * py + d * px + h * py + k;
+                    naive.add(std::fabs(double{g.opacity} * std::min(1.0, std::exp(double{power})) - right), 0);
+                    ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
+                });
     CHECK(naive.max_error() > 1e-4);
     CHECK(ours.max_error() <= 1e-4);
     stability::report({68, std::to_string(ours.size()) + " random splats",
@@ -223,8 +218,7 @@ TEST_CASE("row 69: the transmittance is a float")
     CHECK(std::fabs(double{naive} - truth) > 1e-5);
     CHECK(thin == 1.0f); // lost altogether
     CHECK(std::fabs(ours - truth) <= 1e-5);
-    stability::report({69, "500 layers of 0.004",
-                       number(double{naive}) + " for " + number(truth) + "; alpha of 2.4e-4 is lost",
+    stability::report({69, "500 layers of 0.004", number(double{naive}) + " for " + number(truth) + "; alpha of 2.4e-4 is lost",
                        "off by " + number(std::fabs(ours - truth)), "1e-5", true});
 }
 
@@ -263,8 +257,7 @@ TEST_CASE("row 70: poses are absolute: a million frames later the picture is whe
     for (std::uint32_t frame = 1; frame <= marks.back(); ++frame) {
         float next[3][3];
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                next[i][j] = turn[i][0] * naive[0][j] + turn[i][1] * naive[1][j] + turn[i][2] * naive[2][j];
+            for (int j = 0; j < 3; ++j) next[i][j] = turn[i][0] * naive[0][j] + turn[i][1] * naive[1][j] + turn[i][2] * naive[2][j];
         std::copy(&next[0][0], &next[0][0] + 9, &naive[0][0]);
         if (std::find(marks.begin(), marks.end(), frame) == marks.end()) continue;
         double const angle = step * frame;
@@ -280,6 +273,6 @@ TEST_CASE("row 70: poses are absolute: a million frames later the picture is whe
     }
     CHECK(naive_off > 0.01);
     CHECK(ours_off <= 0.01);
-    stability::report({70, "R <- dR R for 1e4, 1e5, 1e6 frames of 0.1 degrees", naive_text + " px",
-                       number(ours_off) + " px (absolute poses)", "0.01 px", true});
+    stability::report(
+        {70, "R <- dR R for 1e4, 1e5, 1e6 frames of 0.1 degrees", naive_text + " px", number(ours_off) + " px (absolute poses)", "0.01 px", true});
 }

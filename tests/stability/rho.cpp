@@ -103,18 +103,17 @@ struct Kernels {
     void show() const
     {
         auto const line = [](std::string const& name, Spread const& e) {
-            MESSAGE(name, ": rho median ", e.rho(0.5), ", p99 ", e.rho(0.99), ", max ", e.max_rho(),
-                    "; alpha off by at most ", e.max_error());
+            MESSAGE(name, ": rho median ", e.rho(0.5), ", p99 ", e.rho(0.99), ", max ", e.max_rho(), "; alpha off by at most ", e.max_error());
         };
         MESSAGE(ours.size(), " pixels, ", lit, " of them see more than 1/255");
         line("ours", ours);
         line("naive", naive);
         line("ours with an absolute mean", absolute);
         auto const& g = worst.g;
-        MESSAGE("ours is worst for the Gaussian at ", g.mean_world[0], " ", g.mean_world[1], " ", g.mean_world[2],
-                ", rotation ", g.rotation[0], " ", g.rotation[1], " ", g.rotation[2], " ", g.rotation[3], ", log scale ",
-                g.log_scale[0], " ", g.log_scale[1], " ", g.log_scale[2], ", pixel ", worst.x[worst_pixel], " ",
-                worst.y[worst_pixel], ": alpha ", worst.alpha[worst_pixel], ", moved by ", worst.moved[worst_pixel]);
+        MESSAGE("ours is worst for the Gaussian at ", g.mean_world[0], " ", g.mean_world[1], " ", g.mean_world[2], ", rotation ", g.rotation[0], " ",
+                g.rotation[1], " ", g.rotation[2], " ", g.rotation[3], ", log scale ", g.log_scale[0], " ", g.log_scale[1], " ", g.log_scale[2],
+                ", pixel ", worst.x[worst_pixel], " ", worst.y[worst_pixel], ": alpha ", worst.alpha[worst_pixel], ", moved by ",
+                worst.moved[worst_pixel]);
     }
 };
 } // namespace
