@@ -56,9 +56,8 @@ int main()
 {
     std::printf("levels %016llx\n", hash(levels()));
     auto const map = random_map(600), many = random_map(300'000);
-    splat::Camera const camera{{{0.96f, 0.0f, 0.28f}, {0.0f, 1.0f, 0.0f}, {-0.28f, 0.0f, 0.96f}},
-                               {0.125f, -0.25f, -2.5f},
-                               110.7f, 111.3f, 77.9f, 38.3f, 0.2f, 156, 77};
+    splat::Camera const camera{
+        {{0.96f, 0.0f, 0.28f}, {0.0f, 1.0f, 0.0f}, {-0.28f, 0.0f, 0.96f}}, {0.125f, -0.25f, -2.5f}, 110.7f, 111.3f, 77.9f, 38.3f, 0.2f, 156, 77};
     for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
         RendererOptions options;
         options.grid = {5, 4};
@@ -69,13 +68,10 @@ int main()
         rules.footprint = footprint;
         auto const naive = report::render_naive(map.gaussians, camera, rules);
         auto const mesh = renderer.render(camera);
-        std::printf("projected %016llx naive %016llx mesh %016llx (%llu pairs)\n",
-                    hash(project(many, camera, rules)),
-                    hash(naive.rgb), hash(mesh.image.rgb),
-                    static_cast<unsigned long long>(mesh.report.pairs_contributing));
+        std::printf("projected %016llx naive %016llx mesh %016llx (%llu pairs)\n", hash(project(many, camera, rules)), hash(naive.rgb),
+                    hash(mesh.image.rgb), static_cast<unsigned long long>(mesh.report.pairs_contributing));
         options.arithmetic = splat::Arithmetic::fast;
-        std::printf("fast %016llx\n",
-                    hash(BasicRenderer<>(map, options).render(camera).image.rgb));
+        std::printf("fast %016llx\n", hash(BasicRenderer<>(map, options).render(camera).image.rgb));
         if (hash(naive.rgb) != hash(mesh.image.rgb)) {
             std::puts("the mesh's picture is not the naive one");
             return 1;

@@ -62,7 +62,11 @@ using SetSize = On<Four, [](Four& four) { four.truncate(Size); }>;
 template <std::uint32_t Index> // through operator[] of a list with 4 items
 using WriteItem = On<Four, [](Four& four) { four.resize(4), four[Index] = 5; }>;
 template <class List, std::uint32_t Items, TileId Where = culprit>
-using Push = On<List, [](List& list) { for (std::uint32_t i = 0; i < Items; ++i) list.unchecked_push({}); }, Where>;
+using Push = On<List,
+                [](List& list) {
+                    for (std::uint32_t i = 0; i < Items; ++i) list.unchecked_push({});
+                },
+                Where>;
 using WriteBefore = On<Four, [](Four& four) { *(four.begin() - 1) = 5; }>;
 using WriteLastWide = On<Wides, [](Wides& wides) { wides[2].data[13] = 5; }>;
 using WritePastWide = On<Wides, [](Wides& wides) { wides[3].id = 5; }>;
@@ -95,9 +99,7 @@ TEST_CASE("a size above the capacity is caught, at n + 1 and not at n")
     check_place(caught<SetSize<5>>(), "on");
     check_place(caught<SetSize<0xffffffffu>>(), "on");
     check_place(caught<Push<Four, 5>>(), "on");
-    auto const limited = [](std::uint32_t limit) {
-        return caught<Push<UpToFour, 3>>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); });
-    };
+    auto const limited = [](std::uint32_t limit) { return caught<Push<UpToFour, 3>>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); }); };
     CHECK(limited(4).empty());
     CHECK(limited(3).empty());
     check_place(limited(2), "on"); // the third item is within the region and above the limit
@@ -133,8 +135,8 @@ struct OverSendWide {
 TEST_CASE("a message too many, and a write past a channel's end, are caught")
 {
     CHECK(caught<OverSend<2, Direction::north>>().empty());
-    for (auto const& text : {caught<OverSend<3, Direction::north>>(), caught<OverSend<3, Direction::south>>(),
-                             caught<OverSend<6, Direction::east>>()}) {
+    for (auto const& text :
+         {caught<OverSend<3, Direction::north>>(), caught<OverSend<3, Direction::south>>(), caught<OverSend<6, Direction::east>>()}) {
         CHECK(has(text, "a kernel wrote outside channel Wire"));
         CHECK(has(text, "; use try_push"));
         check_place(text, "OverSend");

@@ -22,8 +22,7 @@ struct Parcel {
     std::uint32_t check;
     friend bool operator==(Parcel const& a, Parcel const& b)
     {
-        return a.id == b.id && a.weight[0] == b.weight[0] && a.weight[1] == b.weight[1] && a.weight[2] == b.weight[2] &&
-               a.check == b.check;
+        return a.id == b.id && a.weight[0] == b.weight[0] && a.weight[1] == b.weight[1] && a.weight[2] == b.weight[2] && a.check == b.check;
     }
 };
 static_assert(sizeof(Parcel) == 20);

@@ -46,10 +46,7 @@ struct Ends {
     static constexpr std::uint32_t item_words = C::Receiver::item_words;
     std::array<std::array<std::uint32_t, 2>, 4> heads{};
     std::array<std::array<std::uint32_t, Capacity * item_words + 1>, 4> items{}; // one more word: a canary
-    machine::Place place(Direction d, std::uint32_t capacity = Capacity)
-    {
-        return {heads[index(d)].data(), items[index(d)].data(), capacity};
-    }
+    machine::Place place(Direction d, std::uint32_t capacity = Capacity) { return {heads[index(d)].data(), items[index(d)].data(), capacity}; }
     In<C> in()
     {
         using R = typename C::Receiver;
@@ -58,8 +55,7 @@ struct Ends {
     Out<C> out(std::uint32_t capacity = Capacity)
     {
         using S = typename C::Sender;
-        return {{S{place(news[0], capacity)}, S{place(news[1], capacity)}, S{place(news[2], capacity)},
-                 S{place(news[3], capacity)}}};
+        return {{S{place(news[0], capacity)}, S{place(news[1], capacity)}, S{place(news[2], capacity)}, S{place(news[3], capacity)}}};
     }
 };
 

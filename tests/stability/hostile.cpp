@@ -259,38 +259,18 @@ char const* fault(Record const& record, Splat const& s, View const& view, Tiling
 
 /// The number of visible samples, the number of faulty ones among them, and the first faulty one.
 struct Seen {
-    std::uint32_t visible = 0, faults = 0;
+    std::uint32_t samples = 0, visible = 0, faults = 0;
     std::string first;
 
     template <class Record>
     void add(Record const& record, View const& view, Tiling const& tiling)
     {
+        ++samples;
         auto const s = project(record, view, tiling);
         if (!s.visible()) return;
         ++visible;
-        if (auto const* const what = fault(record, s, view, tiling)) {
-            if (faults++ == 0) describe(what, record, view);
-        }
-    }
-
-private:
-    /// The words of the first faulty sample, to reproduce it.
-    template <class Record>
-    void describe(char const* what, Record const& record, View const& view)
-    {
-        std::ostringstream text;
-        text << what << "; record" << std::hex;
-        auto const words = [&text](void const* from, std::size_t bytes) {
-            for (std::size_t i = 0; i < bytes; i += 4) {
-                std::uint32_t word;
-                std::memcpy(&word, static_cast<char const*>(from) + i, 4);
-                text << ' ' << word;
-            }
-        };
-        words(&record, sizeof record);
-        text << "; view";
-        words(&view, sizeof view);
-        first = text.str();
+        auto const* const what = fault(record, s, view, tiling);
+        if (what != nullptr && faults++ == 0) first = what + (" of sample " + std::to_string(samples));
     }
 };
 
