@@ -14,5 +14,4 @@
 #include <tilemesh/model/detail/machine_file_code.hpp>
 #include <tilemesh/model/detail/network_code.hpp>
 #include <tilemesh/model/detail/network_lines_code.hpp>
-#include <tilemesh/model/detail/parameter_file_code.hpp>
 #include <tilemesh/model/detail/step_costs_code.hpp>

@@ -1,6 +1,5 @@
 // A part of tilemesh::compiled: pictures in files, reports, errors, references, and why a run makes no progress.
 #include <tilemesh/model/detail/no_progress_code.hpp>
-#include <tilemesh/model/detail/trace_reading_code.hpp>
 #include <tilemesh/report/detail/causes_code.hpp>
 #include <tilemesh/report/detail/distinct_files_code.hpp>
 #include <tilemesh/report/detail/enclosure_code.hpp>

@@ -39,11 +39,6 @@ struct HostPrediction {
     double messages = 0;                  ///< sent by all hosts, to neighbours
 };
 
-namespace model_detail {
-TILEMESH_HOST void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps,
-                                std::span<std::uint32_t const> first_row);
-} // namespace model_detail
-
 /// Predicts a frame over hosts, each with a band of rows, for the engine of mpi/mpi_mesh.hpp. Host h has the rows first_row[h] to
 /// first_row[h + 1] - 1 and may have none; the last entry is the grid's height. Channels that wrap are not modelled.
 ///

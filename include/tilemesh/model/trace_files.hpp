@@ -11,7 +11,6 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
@@ -21,29 +20,8 @@
 namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
-/// Writes text to a stream in pieces of 64 KiB, which needs few calls and little memory. Numbers are plain decimals.
-class TextStream {
-public:
-    explicit TextStream(std::ostream& out) : out_(out) {}
-    TILEMESH_HOST TextStream& operator<<(std::string_view text);
-    TILEMESH_HOST TextStream& operator<<(std::uint64_t number);
-    TILEMESH_HOST void flush();
-
-private:
-    std::ostream& out_;
-    std::string text_;
-};
-
 /// A field of a CSV line (RFC 4180): in quotes if it needs them, with each quote in it doubled.
 TILEMESH_HOST std::string csv_field(std::string_view text);
-
-template <class Quote>
-std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
-{
-    std::vector<std::string> out;
-    for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
-    return out;
-}
 } // namespace model_detail
 
 namespace model_detail {

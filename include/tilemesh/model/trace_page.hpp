@@ -24,44 +24,6 @@ namespace tilemesh { inline namespace v0_2 {
 TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid,
                                          std::string& note);
 
-namespace model_detail {
-/// The page of write_trace_page, and the files beside it.
-class TracePageFiles {
-public:
-    TILEMESH_HOST TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page);
-    report::HtmlReport& html() noexcept { return html_; }
-    TILEMESH_HOST void write(std::string const& what, std::string const& text, std::string const& note);
-    template <class Into>
-    void produce(std::string const& what, std::string const& note, Into const& into)
-    {
-        report::StringStream text;
-        into(text);
-        write(what, text.str(), note);
-    }
-    void leave_out(std::string const& what, std::string const& why) { beside_.emplace_back(name_ + what, why); }
-    /// The trace by superstep and tile, unless the table is too long.
-    template <class Into>
-    void produce_tiles(Trace const& trace, Into const& into)
-    {
-        std::uint64_t lines = 0;
-        for (auto const& s : trace.supersteps) lines += s.tiles.size();
-        if (lines <= page_.most_tile_lines) return produce(".tiles.csv", "the trace by superstep and tile", into);
-        leave_out(".tiles.csv", "left out: " + report::thousands(lines) + " lines are more than " + report::thousands(page_.most_tile_lines));
-    }
-    /// The page itself, with the list of the files beside it.
-    TILEMESH_HOST std::filesystem::path finish();
-
-private:
-    std::filesystem::path path(std::string const& what) const { return folder_ / (name_ + what); }
-
-    std::filesystem::path folder_;
-    std::string name_;
-    TracePage const& page_;
-    report::HtmlReport html_;
-    std::vector<std::pair<std::string, std::string>> beside_;
-};
-} // namespace model_detail
-
 /// Writes a run of any program as files into `folder`, and makes the folder if it does not exist. All file names begin with `name`:
 ///   .html            a page for a browser: one sentence about the bottleneck, the picture and maps, cycles by step and over time, the
 ///                    slowest tile of each step and its operations, ideal routing, energy, the models

@@ -65,17 +65,6 @@ struct TraceSection {
     TILEMESH_HOST std::size_t bytes() const noexcept;
 };
 
-namespace model_detail {
-/// Adds the picture, if there is one, and the maps, each in the picture's frame.
-TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& maps, Grid grid, TracePage const& page);
-/// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
-TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s,
-                                       std::vector<std::uint64_t> const& busy, Grid grid);
-/// What bounds the passes of a step, the most frequent first: "compute 70, port in 5".
-TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step);
-TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s);
-} // namespace model_detail
-
 /// The contents of a page about this run, with the maps of `page` before the maps of the trace. `maps` gets all maps. `cost` is the result
 /// of model_cost for this trace. `energy` is the result of energy_of with `page.energy`, or null. Throws `Error` in the cases in which
 /// step_costs and any_to_any throw it, and for a map without a number for every tile.

@@ -40,15 +40,6 @@ struct HtmlFrame {
 /// Is a part that the reader can fold away open at first?
 enum class HtmlFold { open, closed };
 
-namespace detail {
-/// The style sheet has rules for words in this many columns of a table.
-inline constexpr std::size_t most_left_columns = 16;
-/// Does a table's cell hold a number: digits with signs, separators or a percent sign?
-TILEMESH_HOST bool is_number_cell(std::string_view cell) noexcept;
-/// The style sheet of a report.
-TILEMESH_HOST std::string html_style();
-} // namespace detail
-
 /// A report as one HTML file that needs no other file: pictures are inside, there is no script, and a content security policy forbids
 /// the browser any network access. It is light or dark, as the reader's browser prefers, and fits windows of 400 pixels, projectors
 /// and paper. Each call adds an element at the end. Every text is escaped. Equal calls give equal bytes.

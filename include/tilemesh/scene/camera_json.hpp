@@ -72,5 +72,5 @@ TILEMESH_HOST std::vector<NamedCamera> load_cameras(std::filesystem::path const&
 }}} // namespace tilemesh::v0_2::scene
 
 #if !defined(TILEMESH_COMPILED)
-#    include <tilemesh/scene/detail/camera_json_code.hpp>
+#include <tilemesh/scene/detail/camera_json_code.hpp>
 #endif

@@ -19,7 +19,11 @@
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
+inline constexpr std::uint32_t first_operation = 2;
+
+/// All parameters of a model, in the order of its file: clock, exchange_cost, the operations that it prices, run, exchange,
+/// exchange_byte, sync, vote.
+inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
 {
     constexpr std::string_view cycles = "cycles", millicycles = "millicycles";
     std::vector<ParameterRule> rules;
@@ -33,19 +37,37 @@ TILEMESH_HOST std::vector<ParameterRule> parameter_rules(std::vector<OperationPr
     rules.push_back({"vote", cycles, 0, most_cycles});
     return rules;
 }
-
-TILEMESH_HOST std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
+/// The place of a parameter in that order, or the number of parameters if none has this name.
+inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
 {
     return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
                                     rules.begin());
 }
 
-TILEMESH_HOST std::uint64_t parameter_value(CostModel const& m, std::size_t i)
+/// The model's number. Not for exchange_cost, which is not an integer.
+template <class Model>
+auto& parameter_field(Model& m, std::size_t i)
+{
+    if (i == 0) return m.clock_khz;
+    if (i - first_operation < m.prices.size()) return m.prices[i - first_operation].millicycles;
+    switch (i - first_operation - m.prices.size()) {
+    case 0:
+        return m.run_cycles;
+    case 1:
+        return m.exchange_cycles;
+    case 2:
+        return m.exchange_millicycles_a_byte;
+    case 3:
+        return m.sync_cycles;
+    default:
+        return m.vote_cycles;
+    }
+}
+inline std::uint64_t parameter_value(CostModel const& m, std::size_t i)
 {
     return i == 1 ? static_cast<std::uint64_t>(m.exchange_cost) : parameter_field(m, i);
 }
-
-TILEMESH_HOST std::string parameter_text(std::size_t i, std::uint64_t value)
+inline std::string parameter_text(std::size_t i, std::uint64_t value)
 {
     return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[static_cast<std::size_t>(value)]) : std::to_string(value);
 }

@@ -31,7 +31,7 @@ TILEMESH_HOST double joules_of_power(CostModel const& model, std::uint64_t cycle
 
 namespace model_detail {
 
-TILEMESH_HOST ParameterRule energy_rule(std::string_view event)
+inline ParameterRule energy_rule(std::string_view event)
 {
     return {std::string(event), "fJ", 0, most_femtojoules};
 }

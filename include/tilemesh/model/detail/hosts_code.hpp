@@ -15,7 +15,8 @@
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps, std::span<std::uint32_t const> first_row)
+inline void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps,
+                                std::span<std::uint32_t const> first_row)
 {
     auto const refuse = [](std::string const& problem, char const* why, char const* what) { throw Error(problem + " (" + why + "); " + what); };
     if (!(net.latency_us >= 0) || !(net.overhead_us >= 0) || !(net.bytes_per_us > 0))

@@ -22,24 +22,39 @@
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST auto TextStream::operator<<(std::string_view text) -> TextStream&
-{
-    text_ += text;
-    if (text_.size() >= 65'536) flush();
-    return *this;
-}
+/// Writes text to a stream in pieces of 64 KiB, which needs few calls and little memory. Numbers are plain decimals.
+class TextStream {
+public:
+    explicit TextStream(std::ostream& out) : out_(out) {}
+    TextStream& operator<<(std::string_view text)
+    {
+        text_ += text;
+        if (text_.size() >= 65'536) flush();
+        return *this;
+    }
+    TextStream& operator<<(std::uint64_t number)
+    {
+        std::array<char, 20> digits{}; // 2^64 has 20 digits
+        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+        return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
+    }
+    void flush()
+    {
+        out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+        text_.clear();
+    }
 
-TILEMESH_HOST auto TextStream::operator<<(std::uint64_t number) -> TextStream&
-{
-    std::array<char, 20> digits{}; // 2^64 has 20 digits
-    auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
-    return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
-}
+private:
+    std::ostream& out_;
+    std::string text_;
+};
 
-TILEMESH_HOST void TextStream::flush()
+template <class Quote>
+std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 {
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
+    std::vector<std::string> out;
+    for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
+    return out;
 }
 
 TILEMESH_HOST std::string csv_field(std::string_view text)

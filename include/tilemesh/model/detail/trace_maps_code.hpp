@@ -22,7 +22,8 @@
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST std::vector<double> fill_percent(Trace const& trace, Grid grid)
+/// The fill of the fullest channel side of each tile, in percent.
+inline std::vector<double> fill_percent(Trace const& trace, Grid grid)
 {
     auto fill = heat_map(trace, {}, grid, TileSum::channel_fill);
     for (auto& share : fill) share *= 100;

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/detail/plot_code.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/plot.hpp>
@@ -45,12 +46,15 @@ TILEMESH_HOST std::string html_text(std::string_view text)
 
 namespace detail {
 
-TILEMESH_HOST bool is_number_cell(std::string_view cell) noexcept
+/// The style sheet has rules for words in this many columns of a table.
+inline constexpr std::size_t most_left_columns = 16;
+/// Does a table's cell hold a number: digits with signs, separators or a percent sign?
+inline bool is_number_cell(std::string_view cell) noexcept
 {
     return cell.find_first_of("0123456789") != cell.npos && cell.find_first_not_of("0123456789.,+-e% ") == cell.npos && cell[0] != 'e';
 }
-
-TILEMESH_HOST std::string html_style()
+/// The style sheet of a report.
+inline std::string html_style()
 {
     std::string colours;
     for (int i = 0; i <= 8; ++i) {

@@ -12,7 +12,16 @@
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
 
-TILEMESH_HOST double cubic(double x)
+/// The weights of one output pixel along one axis, in units of 2^-22, for the input pixels from `first` on.
+struct Taps {
+    std::size_t first = 0;
+    std::vector<std::int32_t> weights;
+};
+/// 22: eight bits of a value, two bits for sums of weights above 1 and the sign leave 22 of 32.
+inline constexpr int tap_bits = 22;
+
+/// Keys' cubic convolution with a = -0.5 (IEEE Trans. ASSP 29, 1981).
+inline double cubic(double x)
 {
     x = std::fabs(x);
     if (x < 1.0) return (1.5 * x - 2.5) * x * x + 1.0;
@@ -20,7 +29,8 @@ TILEMESH_HOST double cubic(double x)
     return 0.0;
 }
 
-TILEMESH_HOST std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
+/// The cubic, stretched by the ratio of the sizes if the picture shrinks, sampled at the centres of the input pixels, and normalised.
+inline std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
 {
     double const scale = static_cast<double>(from) / to, stretch = std::max(scale, 1.0), reach = 2.0 * stretch;
     std::vector<Taps> taps(to);
@@ -40,6 +50,15 @@ TILEMESH_HOST std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
             taps[out].weights.push_back(static_cast<std::int32_t>(std::round(weight / sum * (1 << tap_bits))));
     }
     return taps;
+}
+
+/// The rounded, clamped level of a weighted sum of levels. `at(k)` is the level at the k-th tap.
+template <class At>
+std::uint8_t level_of(Taps const& taps, At const& at)
+{
+    std::int64_t sum = std::int64_t{1} << (tap_bits - 1);
+    for (std::size_t k = 0; k < taps.weights.size(); ++k) sum += std::int64_t{taps.weights[k]} * at(taps.first + k);
+    return static_cast<std::uint8_t>(std::clamp<std::int64_t>(sum >> tap_bits, 0, 255));
 }
 
 } // namespace detail

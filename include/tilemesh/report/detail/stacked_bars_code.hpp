@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/report/detail/plot_code.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
 #include <vector>

@@ -21,7 +21,9 @@
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {
 
-TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
+/// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two. Each column of stamps has the
+/// unit that `seconds_per_unit` finds. A unit other than seconds is a line in `notes`, which may be null, and so are whole seconds more than 1 apart.
+inline std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
                                                                          std::size_t least_pairs, std::size_t most_pairs,
                                                                          std::string const& form, std::vector<std::string>* notes)
 {
