@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,8 +8,6 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/table.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {

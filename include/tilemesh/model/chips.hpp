@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
-#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/network.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,16 +1,12 @@
 #pragma once
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <istream>
-#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <utility>
-#include <vector>
 
 // Sets of a cost model's numbers: one for the library's kernels on Mk2, and a text format, so that a set can be changed and applied to a
 // trace again.

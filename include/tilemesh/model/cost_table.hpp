@@ -1,13 +1,10 @@
 #pragma once
-#include <array>
 #include <span>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

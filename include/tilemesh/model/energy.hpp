@@ -1,8 +1,6 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <istream>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -10,7 +8,6 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <utility>
 #include <vector>
 
 // The energy of a run: power x time, as the paper measures it, or events with so many femtojoules each. Supply the energies,

@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>

@@ -1,6 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <ostream>
 #include <string>
@@ -9,7 +7,6 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>

@@ -8,11 +8,7 @@
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/trace_files.hpp>
-#include <tilemesh/number_text.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/number_text.hpp>
-#include <utility>
 #include <vector>
 
 /// Maps of the grid from a trace of any program: numbers for each tile, as pictures and as CSV.

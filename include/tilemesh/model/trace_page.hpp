@@ -1,6 +1,5 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <tilemesh/config.hpp>
@@ -10,12 +9,6 @@
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_section.hpp>
-#include <tilemesh/report/html.hpp>
-#include <tilemesh/report/string_stream.hpp>
-#include <tilemesh/report/table.hpp>
-#include <tilemesh/report/whole_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

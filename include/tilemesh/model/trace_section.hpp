@@ -3,27 +3,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/tile.hpp>
-#include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/number_text.hpp>
 #include <utility>
 #include <vector>
 

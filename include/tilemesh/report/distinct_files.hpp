@@ -3,13 +3,11 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <new>
 #include <set>
 #include <string>
 #include <sys/stat.h>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>

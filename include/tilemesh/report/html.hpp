@@ -8,7 +8,6 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <utility>
 #include <vector>

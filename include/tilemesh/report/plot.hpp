@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/number_text.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <utility>
 #include <vector>
 

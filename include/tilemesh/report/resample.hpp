@@ -1,12 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

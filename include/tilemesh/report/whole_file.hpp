@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <fcntl.h>
 #include <filesystem>
-#include <new>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +11,6 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <unistd.h>
-#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

@@ -1,23 +1,11 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
 #include <istream>
-#include <map>
-#include <set>
 #include <string>
-#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/bytes.hpp>
-#include <tilemesh/scene/detail/ply_source.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {

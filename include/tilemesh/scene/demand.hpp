@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/map.hpp>

@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/splat/lens_point.hpp>

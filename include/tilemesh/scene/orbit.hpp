@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>

@@ -1,15 +1,10 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <istream>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <vector>
 

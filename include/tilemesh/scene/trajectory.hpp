@@ -3,16 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
 #include <istream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>

@@ -1,17 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/any_to_any.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,20 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/bottleneck.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,13 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/chips.hpp>
-#include <tilemesh/model/network.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {

@@ -1,20 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,15 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <istream>
 #include <map>
 #include <optional>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/parameter_file.hpp>

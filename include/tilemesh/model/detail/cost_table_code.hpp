@@ -1,12 +1,6 @@
 #pragma once
-#include <span>
-#include <string>
-#include <tilemesh/machine/tile.hpp>
 #include <tilemesh/model/cost_table.hpp>
-#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/number_text.hpp>
-#include <tilemesh/report/table.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

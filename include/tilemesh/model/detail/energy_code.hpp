@@ -2,21 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <istream>
 #include <limits>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -2,11 +2,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
 #include <utility>
 

@@ -1,16 +1,8 @@
 #pragma once
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/hosts.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {

@@ -1,14 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <numeric>
-#include <span>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/model/network.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

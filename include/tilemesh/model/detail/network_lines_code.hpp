@@ -1,19 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/model/network.hpp>
 #include <tilemesh/model/network_lines.hpp>
-#include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/number_text.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 

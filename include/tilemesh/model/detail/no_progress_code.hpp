@@ -1,14 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <iterator>
-#include <string>
 #include <tilemesh/engine/not_quiet.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

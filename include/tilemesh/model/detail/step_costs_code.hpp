@@ -1,14 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

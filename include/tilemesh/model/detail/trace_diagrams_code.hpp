@@ -4,18 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_table.hpp>
-#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -3,21 +3,10 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
-#include <cstdint>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/report/json_text.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {

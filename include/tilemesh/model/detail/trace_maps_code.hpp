@@ -1,23 +1,12 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
-#include <span>
-#include <string>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/energy.hpp>
-#include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/heat_image.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {

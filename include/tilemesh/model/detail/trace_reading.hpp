@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>

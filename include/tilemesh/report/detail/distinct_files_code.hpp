@@ -1,19 +1,8 @@
 #pragma once
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <map>
 #include <new>
-#include <set>
-#include <string>
-#include <sys/stat.h>
 #include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

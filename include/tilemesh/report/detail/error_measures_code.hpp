@@ -1,14 +1,11 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/report/image.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {

@@ -1,7 +1,5 @@
 #pragma once
-#include <string>
 #include <tilemesh/report/frame_csv.hpp>
-#include <tilemesh/report/frame_report.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

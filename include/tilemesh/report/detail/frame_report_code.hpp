@@ -2,18 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <iosfwd>
-#include <optional>
 #include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

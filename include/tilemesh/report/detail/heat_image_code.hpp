@@ -1,14 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <span>
 #include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/heat_image.hpp>
-#include <tilemesh/report/image.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

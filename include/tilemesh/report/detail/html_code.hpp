@@ -1,19 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/detail/plot_code.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
-#include <tilemesh/report/plot.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

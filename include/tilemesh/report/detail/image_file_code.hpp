@@ -4,23 +4,17 @@
 #include <bit>
 #include <cerrno>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <ios>
 #include <limits>
 #include <locale>
 #include <span>
 #include <sstream>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/whole_file.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

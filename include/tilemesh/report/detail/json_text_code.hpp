@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
-#include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/json_text.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {

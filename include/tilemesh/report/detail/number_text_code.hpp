@@ -1,7 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 

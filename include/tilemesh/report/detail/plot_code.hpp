@@ -3,19 +3,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <map>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {

@@ -1,19 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <optional>
-#include <span>
-#include <tilemesh/joined_threads.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/rules.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

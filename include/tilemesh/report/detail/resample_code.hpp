@@ -2,10 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>
 #include <vector>
 

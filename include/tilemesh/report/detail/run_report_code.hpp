@@ -1,13 +1,5 @@
 #pragma once
-#include <array>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <tilemesh/machine/tile.hpp>
-#include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/run_report.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

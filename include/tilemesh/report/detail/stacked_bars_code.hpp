@@ -1,17 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/detail/plot_code.hpp>
-#include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {

@@ -1,10 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <ios>
-#include <ostream>
-#include <streambuf>
-#include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/string_stream.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {

@@ -1,14 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/table.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 

@@ -1,17 +1,6 @@
 #pragma once
-#include <cerrno>
-#include <cstddef>
-#include <cstdio>
-#include <fcntl.h>
-#include <filesystem>
 #include <new>
-#include <span>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <unistd.h>
 #include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {

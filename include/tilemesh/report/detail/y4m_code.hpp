@@ -1,14 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <filesystem>
-#include <string>
-#include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/report/y4m.hpp>
 #include <utility>
 

@@ -1,11 +1,7 @@
 #pragma once
-#include <glm/vec3.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/detail/desk.hpp>
-#include <tilemesh/scene/map.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 

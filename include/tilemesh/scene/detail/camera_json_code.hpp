@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <string_view>
 #include <system_error>

@@ -4,26 +4,18 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
-#include <istream>
 #include <limits>
 #include <map>
 #include <set>
-#include <string>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/colmap.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/pose.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {

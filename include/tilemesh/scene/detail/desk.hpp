@@ -1,12 +1,10 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <glm/vec3.hpp>
 #include <tilemesh/scene/detail/painter.hpp>
 #include <tilemesh/scene/map.hpp>
 

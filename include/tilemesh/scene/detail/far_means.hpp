@@ -7,9 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/number_text.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <vector>

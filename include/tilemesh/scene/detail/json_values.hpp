@@ -6,7 +6,6 @@
 #include <iterator>
 #include <string>
 #include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>

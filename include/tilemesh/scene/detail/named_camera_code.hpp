@@ -1,19 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <filesystem>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 

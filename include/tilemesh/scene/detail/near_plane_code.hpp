@@ -1,9 +1,7 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <tilemesh/scene/near_plane.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 

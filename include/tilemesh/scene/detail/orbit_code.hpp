@@ -1,19 +1,10 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 

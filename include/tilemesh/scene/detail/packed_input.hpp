@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>

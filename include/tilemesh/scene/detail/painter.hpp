@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/map.hpp>

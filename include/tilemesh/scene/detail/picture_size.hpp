@@ -8,7 +8,6 @@
 #include <optional>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/config.hpp>
 #include <tilemesh/scene/pose.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {

@@ -2,12 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
 #include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_compressed.hpp>
@@ -17,7 +12,6 @@
 #include <tilemesh/scene/detail/ply_rows.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <utility>

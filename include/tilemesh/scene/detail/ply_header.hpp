@@ -7,8 +7,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <system_error>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>

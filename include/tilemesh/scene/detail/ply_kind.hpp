@@ -1,10 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/ply_header.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <string>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>

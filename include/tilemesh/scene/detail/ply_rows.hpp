@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>

@@ -6,7 +6,6 @@
 #include <istream>
 #include <string>
 #include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <utility>

@@ -1,17 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/lens.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {

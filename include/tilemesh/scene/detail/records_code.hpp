@@ -1,13 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 

@@ -4,19 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
-#include <tilemesh/scene/trajectory.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {

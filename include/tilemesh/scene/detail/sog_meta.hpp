@@ -1,12 +1,9 @@
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <istream>
 #include <string>
-#include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/json_reader.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>

@@ -1,17 +1,13 @@
 #pragma once
 #include <array>
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <istream>
-#include <new>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <utility>
 

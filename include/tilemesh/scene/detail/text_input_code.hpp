@@ -1,18 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <istream>
 #include <new>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 

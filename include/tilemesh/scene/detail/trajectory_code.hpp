@@ -1,27 +1,14 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {

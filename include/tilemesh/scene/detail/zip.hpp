@@ -1,10 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
