@@ -12,12 +12,14 @@
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
+#include <tilemesh/report/number_text.hpp>
 #include <utility>
 #include <vector>
 

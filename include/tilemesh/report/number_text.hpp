@@ -2,6 +2,7 @@
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/number_text.hpp>
+#include <tilemesh/report/table.hpp>
 
 // Numbers for pages and tables: plain ASCII, independent of the locale, the same on every run.
 namespace tilemesh { inline namespace v0_2 { namespace report {

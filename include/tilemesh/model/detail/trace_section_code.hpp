@@ -4,14 +4,12 @@
 #include <optional>
 #include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/confidence.hpp>
-#include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/number_text.hpp>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/table.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
