@@ -54,14 +54,12 @@ TILEMESH_HOST HostPrediction predict_hosts(HostNetwork const& net, std::span<Hos
 /// thread. Each step's time is divided among its supersteps and rows like the modelled cycles of their tiles. A row's bytes are those of
 /// the messages that its tiles sent, and 12 bytes for each tile and side: column, size and note. Throws Error as model_cost does, and if
 /// there is not one time for each step.
-TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model,
-                                                         std::span<double const> step_us);
+TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model, std::span<double const> step_us);
 
 /// The supersteps of a grid that is `times` as wide and as high, with as many records on each tile. A row has `times` the tiles, so its time
 /// and its bytes grow by this factor. A record that crosses the grid has `times` the way: superstep i occurs `times` as often if travels[i].
 /// Throws Error if `times` is 0.
-TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times,
-                                                  std::vector<bool> const& travels);
+TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times, std::vector<bool> const& travels);
 
 }} // namespace tilemesh
 

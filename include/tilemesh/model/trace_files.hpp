@@ -54,8 +54,7 @@ TILEMESH_HOST void write_step_csv(std::ostream& out, Trace const& trace, CostMod
 ///
 /// A clock of 0 kHz or above `most_clock_khz` throws `tilemesh::Error`. A run must be below 500 years (2^64 ns). Cost: about 280 bytes
 /// per event if counts have six digits; with 64 tiles, 2.7 MB for 150 supersteps on any grid.
-TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid,
-                                      std::uint32_t busiest = 64);
+TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid, std::uint32_t busiest = 64);
 
 /// The number that a heat map shows for each tile, besides operations.
 enum class TileSum : std::uint32_t {
@@ -71,8 +70,7 @@ enum class TileSum : std::uint32_t {
 inline constexpr std::uint32_t tile_sum_kinds = 6;
 constexpr char const* name_of(TileSum sum) noexcept
 {
-    constexpr char const* names[tile_sum_kinds] = {"busy_cycles", "idle_cycles", "sent_bytes",
-                                                        "tile_runs",   "settled_bytes", "channel_fill"};
+    constexpr char const* names[tile_sum_kinds] = {"busy_cycles", "idle_cycles", "sent_bytes", "tile_runs", "settled_bytes", "channel_fill"};
     return names[static_cast<std::uint32_t>(sum)];
 }
 

@@ -14,8 +14,7 @@ namespace tilemesh { inline namespace v0_2 {
 
 /// The timeline of write_chrome_trace with as many of the 64 busiest tiles as fit into `most_bytes`; `note` says how many. Empty if even
 /// the machine's own track does not fit.
-TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid,
-                                         std::string& note);
+TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid, std::string& note);
 
 /// Writes a run of any program as files into `folder`, and makes the folder if it does not exist. All file names begin with `name`:
 ///   .html            a page for a browser: one sentence about the bottleneck, the picture and maps, cycles by step and over time, the
@@ -28,9 +27,8 @@ TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& tr
 ///
 /// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and in the cases in which
 /// write_cost_model, model_cost and energy_of throw it. Cost: memory for the texts, twice.
-TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
-                                                     Trace const& trace, CostModel const& model, Grid grid,
-                                                     TracePage const& page = {});
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
+                                                     CostModel const& model, Grid grid, TracePage const& page = {});
 
 /// Writes the page and the files of a run without a cost model: tile runs and sent messages, but no times. The files are .html, .tiles.csv
 /// (without cycles) and .maps.csv. `page.energy` is not used, because energy needs modelled cycles.

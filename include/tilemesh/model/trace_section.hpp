@@ -64,13 +64,11 @@ struct TraceSection {
 /// The contents of a page about this run, with the maps of `page` before the maps of the trace. `maps` gets all maps. `cost` is the result
 /// of model_cost for this trace. `energy` is the result of energy_of with `page.energy`, or null. Throws `Error` in the cases in which
 /// step_costs and any_to_any throw it, and for a map without a number for every tile.
-TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid,
-                                         TracePage const& page, std::vector<TileMap> const& maps,
-                                         Energy const* energy = nullptr);
+TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid, TracePage const& page,
+                                         std::vector<TileMap> const& maps, Energy const* energy = nullptr);
 
 /// The contents of a page about this run without a cost model: tile runs and sent messages, but no times.
-TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page,
-                                         std::vector<TileMap> const& maps);
+TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page, std::vector<TileMap> const& maps);
 
 /// The text of a page about its times.
 inline constexpr char const* modelled_text =
@@ -84,8 +82,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
                                std::vector<std::pair<std::string, std::string>> const& facts = {});
 
 /// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: the SRAM of a tile, for the last line; 0: the line does not name it.
-TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger,
-                              std::uint64_t sram_bytes = 0);
+TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger, std::uint64_t sram_bytes = 0);
 /// Adds the numbers of a cost model, each with its kind and its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
 /// Adds the operations that a trace counted to the names that are there, each once.

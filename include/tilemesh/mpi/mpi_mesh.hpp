@@ -74,13 +74,11 @@ public:
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     MpiMesh(MPI_Comm comm, Program program, Grid grid, Options const& options = {})
         : MpiMesh(comm, program, grid, mesh_sizes<Program, Machine>(), options)
-    {
-    }
+    {}
     /// The constructor above, with a value of type `Machine`, so that the compiler deduces it.
     template <std::same_as<Machine> M>
     MpiMesh(MPI_Comm comm, Program program, Grid grid, M, Options const& options = {}) : MpiMesh(comm, program, grid, options)
-    {
-    }
+    {}
     /// A mesh with the machine and the slots of `sizes`.
     template <std::same_as<Sizes> S>
     MpiMesh(MPI_Comm comm, Program program, Grid grid, S const& sizes, Options const& options = {}) : ranks_(comm)
@@ -103,8 +101,7 @@ public:
     /// The constructor above, on the ranks of `options.comm`. Renderers build their meshes with it.
     template <std::same_as<Sizes> S>
     MpiMesh(Program program, Grid grid, S const& sizes, Options const& options) : MpiMesh(options.comm, program, grid, sizes, options)
-    {
-    }
+    {}
     MpiMesh(MpiMesh const&) = delete;
     MpiMesh& operator=(MpiMesh const&) = delete;
 
@@ -183,10 +180,8 @@ public:
             throw Error("ranks with different runs (the numbers in the program, a limit or the rectangle of a rank differ from those of "
                         "another); set the same on every rank");
         ranks_.together([&] { band_->prepare(); });
-        if (words[2] == 0)
-            band_->observe_together(&observer_);
-        else
-            band_->observe_nothing();
+        if (words[2] == 0) band_->observe_together(&observer_);
+        else band_->observe_nothing();
         band_->share_broadcasts();
         return band_->run_program();
     }

@@ -154,10 +154,7 @@ private:
     }
 
     // --- variables ----------------------------------------------------------------------------------------------------
-    Tensor variable(std::string const& name, std::vector<std::size_t> shape)
-    {
-        return graph_.addVariable(::poplar::UNSIGNED_INT, shape, name);
-    }
+    Tensor variable(std::string const& name, std::vector<std::size_t> shape) { return graph_.addVariable(::poplar::UNSIGNED_INT, shape, name); }
     Tensor per_tile(std::string const& name, std::uint32_t words)
     {
         auto const t = variable(name, {grid_.size(), words});
@@ -177,10 +174,8 @@ private:
     template <class X>
     std::uint32_t laid_out_words_of() const noexcept
     {
-        if constexpr (is_list<X>)
-            return X::words(sizes_.slots[machine::index_in<X>(States{})]);
-        else
-            return sizeof(X) / 4;
+        if constexpr (is_list<X>) return X::words(sizes_.slots[machine::index_in<X>(States{})]);
+        else return sizeof(X) / 4;
     }
     template <class... P>
     void add_shareds(machine::Types<P...>)
@@ -263,10 +258,8 @@ private:
             auto const v = graph_.addVertex(set, "tilemesh::vertices::Clear");
             std::vector<Tensor> edges;
             for (auto const& t : what)
-                if (t.rank() == 2)
-                    edges.push_back(t[i]);
-                else if (i == 0)
-                    edges.push_back(t);
+                if (t.rank() == 2) edges.push_back(t[i]);
+                else if (i == 0) edges.push_back(t);
             connect_list(v, "words", edges);
             graph_.setTileMapping(v, i);
         }
@@ -282,12 +275,9 @@ private:
         } else {
             using X = std::remove_const_t<A>;
             auto row = state<X>()[tile];
-            if constexpr (is_list<X>)
-                row = row.slice(0, X::words(slots_.states[machine::index_in<X>(States{})]));
-            if constexpr (!std::is_const_v<A>)
-                keeps.push_back(row);
-            else if constexpr (!Traits::template takes<X&>)
-                reads.push_back(row);
+            if constexpr (is_list<X>) row = row.slice(0, X::words(slots_.states[machine::index_in<X>(States{})]));
+            if constexpr (!std::is_const_v<A>) keeps.push_back(row);
+            else if constexpr (!Traits::template takes<X&>) reads.push_back(row);
         }
     }
     template <class K, class C>
@@ -310,16 +300,13 @@ private:
     }
     template <class K>
     void connect_end(std::vector<Tensor>&, std::uint32_t, Here*) const
-    {
-    }
+    {}
     template <class K>
     void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
-    {
-    }
+    {}
     template <class K>
     void connect_end(std::vector<Tensor>&, std::uint32_t, Absent*) const
-    {
-    }
+    {}
     template <class K, class... A>
     void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, machine::Types<A...>) const
     {
@@ -408,8 +395,7 @@ private:
                 for (Direction d : news) {
                     if (contains(L::sends_to, d)) exchange<L>(from, to, d);
                 }
-            else
-                clear_link<L>(read);
+            else clear_link<L>(read);
         };
         (one(machine::Tag<C>{}), ...);
     }
@@ -430,10 +416,8 @@ private:
         };
         if (n > 1) add(sent.slice(down ? 0 : 1, down ? n - 1 : n, axis), arrives.slice(down ? 1 : 0, down ? n : n - 1, axis));
         [[maybe_unused]] std::size_t const other = n - 1 - edge;
-        if constexpr (C::edge == Edge::reflect)
-            add(sent.slice(edge, edge + 1, axis), whole(in_[memory<C>()][index(d)]).slice(edge, edge + 1, axis));
-        else if constexpr (C::edge == Edge::wrap)
-            add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
+        if constexpr (C::edge == Edge::reflect) add(sent.slice(edge, edge + 1, axis), whole(in_[memory<C>()][index(d)]).slice(edge, edge + 1, axis));
+        else if constexpr (C::edge == Edge::wrap) add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
     }
 
     /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail causes another pass.
@@ -480,10 +464,8 @@ private:
         void step(Step const& step, std::uint32_t i)
         {
             graph.step_ = i;
-            if constexpr (StepTraits<Step>::everywhere)
-                graph.add_everywhere(step, *to);
-            else
-                graph.add_until_quiet(step, *to);
+            if constexpr (StepTraits<Step>::everywhere) graph.add_everywhere(step, *to);
+            else graph.add_until_quiet(step, *to);
         }
         template <class Part, class Body>
         void loop(Part const&, LoopAt at, Body const& body)
@@ -548,10 +530,8 @@ private:
         auto const times = StepTraits<Step>::most(step);
         if (times == 0) return;
         auto const pass = counted_pass<KernelOf<Step>>();
-        if (times == 1)
-            to.add(pass);
-        else
-            to.add(::poplar::program::Repeat(times, pass));
+        if (times == 1) to.add(pass);
+        else to.add(::poplar::program::Repeat(times, pass));
     }
     template <class K>
     void add_until_quiet(UntilQuiet<K> const& step, Sequence& to)

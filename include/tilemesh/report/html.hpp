@@ -78,8 +78,7 @@ public:
     /// sentences (a cell of more than 32 bytes) has room for some words per line, and a line feed in it starts a new line. If the last of at
     /// most four columns has sentences, a narrow window shows them below the row's other cells. A row must have one cell per header,
     /// otherwise it throws `Error`.
-    TILEMESH_HOST HtmlReport& table(std::vector<std::string> const& headers,
-                                    std::span<std::vector<std::string> const> rows);
+    TILEMESH_HOST HtmlReport& table(std::vector<std::string> const& headers, std::span<std::vector<std::string> const> rows);
 
     /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids become unique in the report, and its name space is
     /// left out, because HTML knows it. Throws `Error` for a text that is no SVG document, and for a document with an element that

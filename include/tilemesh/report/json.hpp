@@ -216,8 +216,7 @@ inline void write_machine(JsonText& json, RunReport const& run)
         });
         if (outside != 0)
             json.member("note", "regions with budgeted = false, " + std::to_string(outside) +
-                                    " bytes, are lists that our kernels keep and that the budget of preset " + run.preset +
-                                    " has no room for");
+                                    " bytes, are lists that our kernels keep and that the budget of preset " + run.preset + " has no room for");
     });
 }
 

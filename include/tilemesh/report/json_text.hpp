@@ -20,9 +20,7 @@ class JsonText {
 public:
     /// `indent`: blanks for each level, and a line for each member and item; 0: all in one line. `number`: the text of a finite
     /// number.
-    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number)
-    {
-    }
+    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number) {}
 
     /// Writes a number, a truth value, nullptr or a text. JSON has no number that is not finite: it becomes null.
     template <class T>

@@ -28,8 +28,7 @@ public:
     {
         std::vector<std::size_t> widths(table.rows_.front().size(), 0);
         for (auto const& row : table.rows_)
-            for (std::size_t column = 0; column < row.size(); ++column)
-                widths[column] = std::max(widths[column], width_of(row[column]));
+            for (std::size_t column = 0; column < row.size(); ++column) widths[column] = std::max(widths[column], width_of(row[column]));
 
         std::string text;
         for (std::size_t row = 0; row < table.rows_.size(); ++row) {

@@ -39,8 +39,7 @@ public:
     TILEMESH_HOST Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
                            FrameRate rate = {}, Outlasts outlasts = Outlasts::process);
     /// To an open stream, which the caller closes. `what` names it in an error: "the video to standard output".
-    TILEMESH_HOST Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height,
-                           FrameRate rate = {});
+    TILEMESH_HOST Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height, FrameRate rate = {});
 
     /// Throws `tilemesh::Error` also for a picture of another size.
     TILEMESH_HOST void add(Image const& picture);

@@ -22,10 +22,8 @@ namespace tilemesh { inline namespace v0_2 { namespace scene {
 /// occurs twice or is not UTF-8, and numbers that are missing, not finite or not valid for a camera. `cameras_name` and `images_name` are
 /// the files' names in errors. Cost: one pass over each file; memory for the cameras only.
 TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt,
-                                                   std::string const& cameras_name = "cameras.txt",
-                                                   std::string const& images_name = "images.txt",
-                                                   DistortedLens distorted = DistortedLens::kept,
-                                                   std::vector<std::string>* notes = nullptr);
+                                                   std::string const& cameras_name = "cameras.txt", std::string const& images_name = "images.txt",
+                                                   DistortedLens distorted = DistortedLens::kept, std::vector<std::string>* notes = nullptr);
 
 /// Reads the binary model of COLMAP (little endian), as `read_colmap` reads the text model:
 /// - cameras.bin: a 64-bit count; for each camera CAMERA_ID and MODEL_ID (32 bits), WIDTH and HEIGHT (64 bits), the parameters (doubles);
@@ -37,8 +35,7 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, st
 TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_bin, std::istream& images_bin,
                                                           std::string const& cameras_name = "cameras.bin",
                                                           std::string const& images_name = "images.bin",
-                                                          DistortedLens distorted = DistortedLens::kept,
-                                                          std::vector<std::string>* notes = nullptr);
+                                                          DistortedLens distorted = DistortedLens::kept, std::vector<std::string>* notes = nullptr);
 
 /// Is this path a COLMAP model: a directory, or a file with the name of one of a model's files?
 TILEMESH_HOST bool names_colmap(std::filesystem::path const& path);
@@ -54,8 +51,7 @@ TILEMESH_HOST ColmapFiles colmap_files(std::filesystem::path const& path);
 /// a folder with both forms it reads the text model. Throws `Error` if one of the two files is missing. images.txt and images.bin may have
 /// any length, because their 2-D points are long. `notes`, which may be null, gets a line if the folder has both forms, and if
 /// its name is a number and models with other numbers lie beside it.
-TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path,
-                                                   DistortedLens distorted = DistortedLens::kept,
+TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path, DistortedLens distorted = DistortedLens::kept,
                                                    std::vector<std::string>* notes = nullptr);
 
 }}} // namespace tilemesh::scene

@@ -22,9 +22,8 @@ std::vector<Record> records(Map const& map)
 {
     require_harmonics(map);
     if (map.sh_degree > Record::sh_degree)
-        throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) +
-                    " (the setup's records hold degree " + std::to_string(Record::sh_degree) +
-                    "); give the records that degree (splat::fitted(setup, " + std::to_string(map.sh_degree) +
+        throw Error("a map with view-dependent colour of degree " + std::to_string(map.sh_degree) + " (the setup's records hold degree " +
+                    std::to_string(Record::sh_degree) + "); give the records that degree (splat::fitted(setup, " + std::to_string(map.sh_degree) +
                     ")), or give up the rest with scene::at_degree");
     if constexpr (Record::sh_degree == 0) {
         return map.gaussians;

@@ -35,8 +35,7 @@ TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std:
 /// Gives each picture the depth that is nearest in time and not further away than `most_seconds`. A depth that is nearest to several
 /// pictures goes to the nearest of these (the first, if they are equally near), and the others have none. Both lists must be in the order
 /// of time. Cost: a binary search a picture.
-TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour,
-                                               std::vector<StampedFile> const& depth,
+TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour, std::vector<StampedFile> const& depth,
                                                double most_seconds = most_seconds_apart);
 
 /// Reads a list of frames: `timestamp rgb_file` for colour alone, or `timestamp rgb_file timestamp depth_file` (an association file of the

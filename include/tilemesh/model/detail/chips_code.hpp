@@ -23,8 +23,7 @@ inline constexpr std::uint64_t most_crossing_cycles = 1'000'000'000'000, most_cr
 class Crossings {
 public:
     /// Throws Error for chips with one side of 0, and for numbers above their limits.
-    Crossings(Chips const& chips, Grid grid)
-        : chips_(chips), grid_(grid)
+    Crossings(Chips const& chips, Grid grid) : chips_(chips), grid_(grid)
     {
         if ((chips.columns == 0) != (chips.rows == 0))
             throw Error("chips of " + std::to_string(chips.columns) + " x " + std::to_string(chips.rows) +

@@ -120,9 +120,7 @@ TILEMESH_HOST std::optional<std::uint64_t> NetworkReader::word(std::string_view 
         return text == "torus" ? 1 : 0;
     }
     auto const what = name.substr(network_prefix.size());
-    auto const bad = [&](char const* todo) {
-        refuse("has no value of " + std::string(name), "it is \"" + shown(text) + "\"", todo);
-    };
+    auto const bad = [&](char const* todo) { refuse("has no value of " + std::string(name), "it is \"" + shown(text) + "\"", todo); };
     if (what == "nodes" || what == "chip") {
         auto const x = std::min(text.find('x'), text.size());
         auto const width = number_within(text.substr(0, x), 1, most_network_side);

@@ -41,8 +41,7 @@ TILEMESH_HOST std::vector<LoopRound> loop_rounds(Trace const& trace)
             auto const step = trace.supersteps[i].step;
             if (!has(own, step)) continue;
             auto const before = i == 0 ? step : trace.supersteps[i - 1].step;
-            if (i == 0 || !has(own, before) || each || (step < before && !inside(before, step)))
-                rounds.push_back({l, rounds.size() + 1, i, i});
+            if (i == 0 || !has(own, before) || each || (step < before && !inside(before, step))) rounds.push_back({l, rounds.size() + 1, i, i});
             rounds.back().last = i;
         }
         if (rounds.size() == own.rounds) all.insert(all.end(), rounds.begin(), rounds.end());

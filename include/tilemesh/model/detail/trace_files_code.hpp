@@ -135,8 +135,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     std::vector<std::uint32_t> shown;
     for (std::uint32_t tile = 0; tile < grid.size(); ++tile)
         if (busy[tile] != 0) shown.push_back(tile);
-    std::sort(shown.begin(), shown.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
+    std::sort(shown.begin(), shown.end(), [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
     shown.resize(std::min<std::size_t>(shown.size(), busiest));
     constexpr std::uint32_t process = 1, steps = 1, machine = 2; // for Perfetto, 0 is the idle process
     auto const rounds = loop_rounds(trace);
@@ -163,8 +162,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
         return std::to_string(ns / 1000) + "." + part.substr(1);
     };
     // Writes an event up to the first members of its `args`: the superstep and the cycles.
-    auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from,
-                                std::uint64_t cycles) {
+    auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from, std::uint64_t cycles) {
         auto const begin = nanoseconds(from), end = nanoseconds(from + cycles);
         begin_event("X", tid) << ",\"ts\":" << microseconds(begin) << "25,\"dur\":" << microseconds(end - begin)
                               << ",\"name\":" << name << ",\"args\":{\"superstep\":" << superstep << ",\"cycles\":" << cycles;
@@ -223,8 +221,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
             begin_span(track[t.tile], names[c.step], i, now, cycles);
             auto const& operations = operations_of_step(trace, s.step);
             for (std::size_t kind = 0; kind < operations.size(); ++kind)
-                if (auto const count = t.operations.count[kind]; count != 0)
-                    text << "," << report::json_string(operations[kind]) << ":" << count;
+                if (auto const count = t.operations.count[kind]; count != 0) text << "," << report::json_string(operations[kind]) << ":" << count;
             if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
             text << "}}";
         }

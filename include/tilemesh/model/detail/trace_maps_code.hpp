@@ -77,8 +77,7 @@ TILEMESH_HOST std::string energy_csv(Energy const& energy, Grid grid)
 {
     std::string text = "tile_x,tile_y,joules\n";
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + "," +
-                number_text(energy.joules_of_tile[t]) + '\n';
+        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + "," + number_text(energy.joules_of_tile[t]) + '\n';
     }
     return text;
 }

@@ -25,8 +25,7 @@ TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& tr
         }
         if (busiest == 0) break;
     }
-    note = "no timeline: " + report::thousands(trace.supersteps.size()) + " passes take more than " +
-           report::thousands(most_bytes) + " bytes";
+    note = "no timeline: " + report::thousands(trace.supersteps.size()) + " passes take more than " + report::thousands(most_bytes) + " bytes";
     return {};
 }
 
@@ -90,9 +89,8 @@ private:
 
 } // namespace model_detail
 
-TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
-                                                     Trace const& trace, CostModel const& model, Grid grid,
-                                                     TracePage const& page)
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
+                                                     CostModel const& model, Grid grid, TracePage const& page)
 {
     model_detail::TracePageFiles files(folder, name, grid, page);
     files.produce(".model.txt", "the cost model", [&](std::ostream& out) { write_cost_model(out, model); });

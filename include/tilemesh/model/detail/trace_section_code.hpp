@@ -38,9 +38,7 @@ inline void add_cards(TraceSection& section, std::vector<TileMap> const& maps, G
     }
     for (auto const& map : maps) {
         auto const [least, most] = report::finite_range(map.values);
-        auto const shown = [&](double value) {
-            return map.unit == "J" ? report::significant(value, 6) : report::short_number(value);
-        };
+        auto const shown = [&](double value) { return map.unit == "J" ? report::significant(value, 6) : report::short_number(value); };
         auto const unit = map.unit.empty() ? "" : " " + map.unit;
         if (least == most) {
             section.flat_maps.push_back(map.title + ": " + map.what + ". It is " + shown(most) + unit + " on every tile.");
@@ -54,8 +52,7 @@ inline void add_cards(TraceSection& section, std::vector<TileMap> const& maps, G
     }
 }
 /// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
-inline std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s,
-                                       std::vector<std::uint64_t> const& busy, Grid grid)
+inline std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s, std::vector<std::uint64_t> const& busy, Grid grid)
 {
     if (!slowest) return {};
     bool const all_alike = *std::min_element(busy.begin(), busy.end()) == s.compute; // every tile computes as long as the slowest, in each pass
@@ -137,19 +134,16 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& mo
     auto const ideal = any_to_any(model, trace, grid);
     if (std::any_of(ideal.steps.begin(), ideal.steps.end(), [](AnyToAnyStep const& s) { return s.settled_bytes != 0; })) {
         for (auto const& s : ideal.steps)
-            section.ideal.push_back(
-                {s.first == s.last ? steps[s.first].name : steps[s.first].name + " to " + steps[s.last].name, thousands(s.news_cycles),
-                 thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
-        section.ideal.push_back(
-            {"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
+            section.ideal.push_back({s.first == s.last ? steps[s.first].name : steps[s.first].name + " to " + steps[s.last].name,
+                                     thousands(s.news_cycles), thousands(s.bound_cycles), thousands(s.replaced ? s.supersteps : 0)});
+        section.ideal.push_back({"all", thousands(ideal.news_cycles), thousands(ideal.bound_cycles), thousands(ideal.supersteps_replaced)});
     }
     if (energy != nullptr && page.energy != nullptr) {
         for (auto const& event : energy->events)
             if (event.count != 0) // every event with a count has an energy
                 section.energy_kinds.push_back({event.name, thousands(event.count),
                                                 thousands(model_detail::find_energy(*page.energy, event.name)->value),
-                                                report::significant(event.joules, 6),
-                                                share_text(event.joules, energy->joules)});
+                                                report::significant(event.joules, 6), share_text(event.joules, energy->joules)});
         for (std::size_t s = 0; s < steps.size(); ++s)
             section.energy_steps.push_back({steps[s].name, report::significant(energy->joules_of_step[s], 6),
                                             share_text(energy->joules_of_step[s], energy->joules)});
@@ -177,8 +171,7 @@ TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePag
     return section;
 }
 
-TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& section,
-                               std::vector<std::pair<std::string, std::string>> const& facts)
+TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& section, std::vector<std::pair<std::string, std::string>> const& facts)
 {
     if (!section.lead.empty()) html.lead(section.lead);
     if (!section.notes.empty()) html.paragraph(section.notes);
@@ -236,10 +229,9 @@ TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Regio
                         region.budgeted ? "" : "outside the budget"});
         sum += region.budgeted ? region.bytes : 0;
     }
-    rows.push_back({"in the budget", "", thousands(sum),
-                    sram_bytes == 0 ? ""
-                                    : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " +
-                                        thousands(sram_bytes)});
+    rows.push_back(
+        {"in the budget", "", thousands(sum),
+         sram_bytes == 0 ? "" : report::share_text(static_cast<double>(sum), static_cast<double>(sram_bytes)) + " of " + thousands(sram_bytes)});
     html.folded_section("Ledger of a tile's SRAM", report::HtmlFold::closed, [&] { html.table({"region", "what", "bytes", ""}, rows); });
 }
 
@@ -290,8 +282,7 @@ TILEMESH_HOST void add_parameters(report::HtmlReport& html, EnergyModel const& m
 {
     std::vector<std::vector<std::string>> rows;
     for (auto const& p : model.events) rows.push_back({p.name, report::thousands(p.value), p.unit, p.source});
-    html.folded_section("Energy model " + model.name, report::HtmlFold::closed,
-                        [&] { html.table({"event", "value", "unit", "source"}, rows); });
+    html.folded_section("Energy model " + model.name, report::HtmlFold::closed, [&] { html.table({"event", "value", "unit", "source"}, rows); });
 }
 
 }} // namespace tilemesh

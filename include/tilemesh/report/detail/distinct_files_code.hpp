@@ -30,9 +30,8 @@ TILEMESH_HOST void DistinctFiles::write(std::filesystem::path const& path, std::
     add(target, place);
 }
 
-TILEMESH_HOST void DistinctFiles::write_into(std::filesystem::path const& folder,
-                                             std::function<bool(std::string const&)> is_written, std::string const& what,
-                                             std::string const& remedy, Devices devices)
+TILEMESH_HOST void DistinctFiles::write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written,
+                                             std::string const& what, std::string const& remedy, Devices devices)
 {
     namespace fs = std::filesystem;
     auto const status = find(folder);
@@ -87,8 +86,7 @@ TILEMESH_HOST void DistinctFiles::refuse(Target const& target, std::string const
 }
 
 TILEMESH_HOST std::set<std::string> DistinctFiles::written_names(std::filesystem::path const& folder,
-                                                                 std::function<bool(std::string const&)> const& is_written,
-                                                                 std::string const& remedy)
+                                                                 std::function<bool(std::string const&)> const& is_written, std::string const& remedy)
 {
     std::error_code refused;
     auto const check = [&] {

@@ -12,9 +12,7 @@ TILEMESH_HOST std::string base64(std::string_view bytes)
     std::string out;
     out.reserve((bytes.size() + 2) / 3 * 4);
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        auto const byte = [&](std::size_t k) -> std::uint32_t {
-            return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
-        };
+        auto const byte = [&](std::size_t k) -> std::uint32_t { return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u; };
         std::uint32_t const word = byte(0) << 16 | byte(1) << 8 | byte(2);
         for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[word >> (18 - 6 * k) & 63u];
     }
@@ -116,16 +114,14 @@ summary h2, summary h3 { display: inline; }
 TILEMESH_HOST auto HtmlReport::figures(std::span<std::pair<std::string, std::string> const> pairs) -> HtmlReport&
 {
     body_ += "<dl class=\"figures\">\n";
-    for (auto const& [what, number] : pairs)
-        body_ += "<div><dt>" + html_text(what) + "</dt><dd>" + html_text(number) + "</dd></div>\n";
+    for (auto const& [what, number] : pairs) body_ += "<div><dt>" + html_text(what) + "</dt><dd>" + html_text(number) + "</dd></div>\n";
     return add("</dl>\n");
 }
 
 TILEMESH_HOST auto HtmlReport::key_values(std::span<std::pair<std::string, std::string> const> pairs) -> HtmlReport&
 {
     body_ += "<div class=\"scroll\"><table class=\"pairs\">\n";
-    for (auto const& [key, value] : pairs)
-        body_ += "<tr><th>" + html_text(key) + "</th><td>" + html_text(value) + "</td></tr>\n";
+    for (auto const& [key, value] : pairs) body_ += "<tr><th>" + html_text(key) + "</th><td>" + html_text(value) + "</td></tr>\n";
     return add("</table></div>\n");
 }
 
@@ -161,8 +157,7 @@ TILEMESH_HOST auto HtmlReport::table(std::vector<std::string> const& headers, st
 TILEMESH_HOST auto HtmlReport::svg(std::string_view document) -> HtmlReport&
 {
     if (!document.starts_with("<svg"))
-        throw Error(
-            "a diagram of the report cannot be written (it does not begin with <svg); give the text that svg() returns");
+        throw Error("a diagram of the report cannot be written (it does not begin with <svg); give the text that svg() returns");
     for (char const* element : {"<script", "<image", "<use", "<foreignObject", "<a ", "<style"})
         if (document.find(element) != std::string_view::npos)
             throw Error("a diagram of the report cannot be written (it has an element " + std::string(element + 1) +

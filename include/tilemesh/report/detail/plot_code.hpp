@@ -14,8 +14,7 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
 
 /// The palette of Okabe and Ito (2008), black first.
-inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00", "#56b4e9", "#009e73",
-                                                            "#0072b2", "#d55e00", "#cc79a7", "#999999"};
+inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7", "#999999"};
 
 /// A number as plain decimals, without a locale.
 inline std::string plot_number(double value, int decimals)
@@ -53,8 +52,7 @@ struct PlotTick {
 /// Maps a range of values to a range of pixels.
 class PlotRange {
 public:
-    PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px,
-                                double to_px)
+    PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px, double to_px)
         : log_(axis.scale == PlotScale::logarithmic), from_px_(from_px), to_px_(to_px)
     {
         for (auto const& bound : {axis.low, axis.high})
@@ -113,8 +111,7 @@ private:
                     double const at = times * std::pow(10.0, e);
                     if (at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
                     bool const short_form = e < -3 || e > 5; // 0.000001 would overlap the axis' label
-                    ticks_.push_back(
-                        {at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
+                    ticks_.push_back({at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
                 }
             return ticks_.size() >= 3;
         };
@@ -177,8 +174,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
     for (auto const& series : plot.series) {
         longest = std::max(longest, series.name.size());
         for (auto const& [x, y] : series.points) {
-            if (!std::isfinite(x))
-                throw Error("series \"" + series.name + "\" cannot be drawn (an x of it is not finite); leave that point out");
+            if (!std::isfinite(x)) throw Error("series \"" + series.name + "\" cannot be drawn (an x of it is not finite); leave that point out");
             least[0] = std::min(least[0], x), most[0] = std::max(most[0], x);
             infinite = infinite || (std::isinf(y) && y > 0);
             if (std::isfinite(y)) least[1] = std::min(least[1], y), most[1] = std::max(most[1], y);
@@ -253,8 +249,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
                 continue;
             }
             if (!x.has(at) || (std::isfinite(value) && !y.has(value)))
-                throw Error("series \"" + series.name +
-                            "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
+                throw Error("series \"" + series.name + "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
             auto const tenths = [](double px) { return std::lround(10 * std::clamp(px, -1e6, 1e6)); }; // a value may be far outside
             PlotPlace const place = {tenths(x.px(at)), tenths(std::isfinite(value) ? y.px(value) : infinity_px)};
             drawn[i].dots.push_back(place);
@@ -281,8 +276,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
         for (auto const& points : drawn[i].lines) {
             bool on_path = false;
             for (std::size_t p = 0; p < points.size(); ++p) {
-                auto const share = p == 0 ? std::array<std::size_t, 2>{1, 0}
-                                          : detail::PlotShares::share(shares.lines, {points[p - 1], points[p]}, i);
+                auto const share = p == 0 ? std::array<std::size_t, 2>{1, 0} : detail::PlotShares::share(shares.lines, {points[p - 1], points[p]}, i);
                 if (share[0] > 1) {
                     shared[share].append("M").append(detail::place_text(points[p - 1])).append("L").append(detail::place_text(points[p]));
                     on_path = false;
@@ -316,8 +310,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
         }
         double const row = top + 8 + 18 * static_cast<double>(i);
         if (series.line == PlotLine::none)
-            out += "<circle cx=\"" + number(right + 27) + "\" cy=\"" + number(row) + radius + "\" fill=\"" + colour + "\"" + strength +
-                   "/>\n";
+            out += "<circle cx=\"" + number(right + 27) + "\" cy=\"" + number(row) + radius + "\" fill=\"" + colour + "\"" + strength + "/>\n";
         else out += "<path d=\"M" + number(right + 12) + " " + number(row) + "h30\"" + stroke + strength + "/>\n";
         text(right + 48, row + 4, "", series.name);
     }

@@ -43,8 +43,7 @@ inline std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
             sum += weights.back();
         }
         taps[out].first = static_cast<std::size_t>(first);
-        for (double const weight : weights)
-            taps[out].weights.push_back(static_cast<std::int32_t>(std::round(weight / sum * (1 << tap_bits))));
+        for (double const weight : weights) taps[out].weights.push_back(static_cast<std::int32_t>(std::round(weight / sum * (1 << tap_bits))));
     }
     return taps;
 }
@@ -67,9 +66,8 @@ TILEMESH_HOST Image resized_as_photograph(Image const& photograph, std::uint32_t
         throw Error("cannot resize a picture of " + std::to_string(photograph.width) + " x " + std::to_string(photograph.height) + " pixels to " +
                     std::to_string(width) + " x " + std::to_string(height) + " (each side is 1 to 65535); choose other sizes");
     std::vector<std::uint8_t> levels(photograph.rgb.size());
-    std::transform(photograph.rgb.begin(), photograph.rgb.end(), levels.begin(), [](float value) {
-        return static_cast<std::uint8_t>(255.0 * std::clamp(static_cast<double>(value), 0.0, 1.0) + 0.5);
-    });
+    std::transform(photograph.rgb.begin(), photograph.rgb.end(), levels.begin(),
+                   [](float value) { return static_cast<std::uint8_t>(255.0 * std::clamp(static_cast<double>(value), 0.0, 1.0) + 0.5); });
     auto const across = detail::taps_of(photograph.width, width), down = detail::taps_of(photograph.height, height);
     std::vector<std::uint8_t> rows(std::size_t{3} * width * photograph.height);
     for (std::size_t y = 0; y < photograph.height; ++y)

@@ -3,8 +3,7 @@
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
-TILEMESH_HOST StringStream::StringStream()
-    : std::ostream(nullptr)
+TILEMESH_HOST StringStream::StringStream() : std::ostream(nullptr)
 {
     rdbuf(&buffer_);
     exceptions(std::ios::badbit);

@@ -59,12 +59,9 @@ class ColmapCameras {
 public:
     ColmapCameras(std::string cameras_name, DistortedLens distorted) : cameras_name_(std::move(cameras_name)), distorted_(distorted) {}
 
-    void add_lens(std::string const& place, std::uint32_t id, ColmapModel const& model, Size size,
-                                    double const* parameters)
+    void add_lens(std::string const& place, std::uint32_t id, ColmapModel const& model, Size size, double const* parameters)
     {
-        auto const refuse = [&](std::string const& why) {
-            throw Error(place + " is no camera (" + why + "); correct it or export the model again");
-        };
+        auto const refuse = [&](std::string const& why) { throw Error(place + " is no camera (" + why + "); correct it or export the model again"); };
         double const* const centre = parameters + model.focals;
         Intrinsics lens{parameters[0], parameters[model.focals - 1], centre[0], centre[1], default_near, size.width, size.height};
         bool const bent = model.fisheye || std::any_of(centre + 2, centre + 2 + model.coefficients, [](double c) { return c != 0.0; });
@@ -94,9 +91,7 @@ public:
     void add_image(std::string const& place, std::uint32_t image_id, std::array<double, 7> const& turn_and_shift,
                                      std::uint32_t lens_id, std::string name)
     {
-        auto const refuse = [&](std::string const& why) {
-            throw Error(place + " is no image (" + why + "); correct it or export the model again");
-        };
+        auto const refuse = [&](std::string const& why) { throw Error(place + " is no image (" + why + "); correct it or export the model again"); };
         auto const [qw, qx, qy, qz, tx, ty, tz] = turn_and_shift;
         if (qw == 0.0 && qx == 0.0 && qy == 0.0 && qz == 0.0) refuse("its quaternion is zero");
         auto const lens = lenses_.find(lens_id);
@@ -155,13 +150,11 @@ inline void read_colmap_lenses(std::istream& stream, std::string const& name, Co
         if (!parse_number(id_word, id)) refuse("CAMERA_ID is not a whole number");
 
         std::string_view const word = take_word(text);
-        auto const* const model =
-            std::find_if(colmap_models.begin(), colmap_models.end(), [&](auto const& each) { return each.name == word; });
+        auto const* const model = std::find_if(colmap_models.begin(), colmap_models.end(), [&](auto const& each) { return each.name == word; });
         if (auto const fault = fault_of_projection(std::string(word)); !fault.empty()) throw Error(lines.place() + " " + fault);
         if (model == colmap_models.end())
-            throw Error(
-                lines.place() + " has a camera model that is not known (\"" + shown(word, 40) +
-                "\"; PINHOLE and SIMPLE_PINHOLE are); run colmap image_undistorter, and name the model that it writes");
+            throw Error(lines.place() + " has a camera model that is not known (\"" + shown(word, 40) +
+                        "\"; PINHOLE and SIMPLE_PINHOLE are); run colmap image_undistorter, and name the model that it writes");
 
         Size size{};
         for (auto* side : {&size.width, &size.height})
@@ -277,9 +270,8 @@ private:
 
 } // namespace detail
 
-TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt,
-                                                   std::string const& cameras_name, std::string const& images_name,
-                                                   DistortedLens distorted, std::vector<std::string>* notes)
+TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, std::istream& images_txt, std::string const& cameras_name,
+                                                   std::string const& images_name, DistortedLens distorted, std::vector<std::string>* notes)
 {
     detail::ColmapCameras cameras(cameras_name, distorted);
     detail::read_colmap_lenses(cameras_txt, cameras_name, cameras);
@@ -309,9 +301,8 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap(std::istream& cameras_txt, st
     return cameras.take(notes);
 }
 
-TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_bin, std::istream& images_bin,
-                                                          std::string const& cameras_name, std::string const& images_name,
-                                                          DistortedLens distorted, std::vector<std::string>* notes)
+TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_bin, std::istream& images_bin, std::string const& cameras_name,
+                                                          std::string const& images_name, DistortedLens distorted, std::vector<std::string>* notes)
 {
     detail::ColmapCameras cameras(cameras_name, distorted);
     detail::ColmapBytes lenses(cameras_bin, cameras_name, "camera");
@@ -324,8 +315,7 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_
         Size size{};
         for (auto* side : {&size.width, &size.height}) {
             auto const pixels = lenses.number<std::uint64_t>();
-            if (pixels < 1 || pixels > 65535)
-                lenses.refuse(std::string(side == &size.width ? "WIDTH" : "HEIGHT") + " is not from 1 to 65535");
+            if (pixels < 1 || pixels > 65535) lenses.refuse(std::string(side == &size.width ? "WIDTH" : "HEIGHT") + " is not from 1 to 65535");
             *side = static_cast<std::uint32_t>(pixels);
         }
         std::array<double, detail::most_colmap_parameters> parameters{};
@@ -348,11 +338,9 @@ TILEMESH_HOST std::vector<NamedCamera> read_colmap_binary(std::istream& cameras_
 
 TILEMESH_HOST bool names_colmap(std::filesystem::path const& path)
 {
-    static constexpr std::array<std::string_view, 5> files{"cameras.txt", "images.txt", "cameras.bin", "images.bin",
-                                                           "points3D.bin"};
+    static constexpr std::array<std::string_view, 5> files{"cameras.txt", "images.txt", "cameras.bin", "images.bin", "points3D.bin"};
     std::error_code ignored;
-    return std::filesystem::is_directory(path, ignored) ||
-           std::find(files.begin(), files.end(), path.filename().string()) != files.end();
+    return std::filesystem::is_directory(path, ignored) || std::find(files.begin(), files.end(), path.filename().string()) != files.end();
 }
 
 TILEMESH_HOST ColmapFiles colmap_files(std::filesystem::path const& path)
@@ -391,8 +379,7 @@ TILEMESH_HOST void add_colmap_notes(std::filesystem::path const& path, std::file
 }
 } // namespace detail
 
-TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path, DistortedLens distorted,
-                                                   std::vector<std::string>* notes)
+TILEMESH_HOST std::vector<NamedCamera> load_colmap(std::filesystem::path const& path, DistortedLens distorted, std::vector<std::string>* notes)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;

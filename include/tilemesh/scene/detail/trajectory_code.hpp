@@ -204,8 +204,7 @@ inline double restlessness(std::vector<std::array<double, 8>> const& rows, bool 
 }
 
 /// Reads the lines of a trajectory. `only_tum`: a file of TUM that blanks separate, in seconds. `format` empty: the file tells it.
-inline Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum,
-                                    std::optional<TrajectoryFormat> format)
+inline Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum, std::optional<TrajectoryFormat> format)
 {
     Trajectory trajectory;
     std::vector<std::array<double, 8>> rows; // of TUM or EuRoC, until the whole file tells which
@@ -244,8 +243,7 @@ inline Trajectory read_poses(std::istream& stream, std::string const& name, std:
             if (++trajectory.left_out <= 5) named.append(named.empty() ? "" : ", ").append(lines.place().substr(name.size() + 1));
             continue;
         }
-        if (trajectory.size() + rows.size() == most)
-            throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
+        if (trajectory.size() + rows.size() == most) throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
         if (!trajectory.has_stamps()) {
             trajectory.push_back(matrix_pose(line.fields, number - 1));
             continue;
@@ -422,8 +420,7 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
     for (auto const& stamped : trajectory) sorted.push_back(stamped.seconds);
     std::sort(sorted.begin(), sorted.end());
     auto const distinct = std::unique(sorted.begin(), sorted.end());
-    if (distinct != sorted.end())
-        notes.push_back("stamps that an earlier pose has too: " + std::to_string(sorted.end() - distinct));
+    if (distinct != sorted.end()) notes.push_back("stamps that an earlier pose has too: " + std::to_string(sorted.end() - distinct));
 
     if (!steps.empty()) {
         auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
@@ -436,13 +433,11 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
             if (gaps++ == 0 || step > seconds(longest) - seconds(longest - 1)) longest = i;
         }
         if (gaps > 0)
-            notes.push_back("gaps above 5 times the median step of " + number_text(median) +
-                            " s: " + std::to_string(gaps) + ", the longest lasts " +
+            notes.push_back("gaps above 5 times the median step of " + number_text(median) + " s: " + std::to_string(gaps) + ", the longest lasts " +
                             number_text(seconds(longest) - seconds(longest - 1)) + " s, before " + at(longest));
     }
     if (trajectory.far_from_unit > 0)
-        notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " +
-                        std::to_string(trajectory.far_from_unit));
+        notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " + std::to_string(trajectory.far_from_unit));
     return notes;
 }
 
