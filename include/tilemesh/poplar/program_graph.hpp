@@ -266,6 +266,19 @@ private:
         return ::poplar::program::Execute(set);
     }
 
+    /// Runs one vertex, on tile 0, with these tensors and values in its fields.
+    ::poplar::program::Execute on_tile_0(std::string const& name, std::string const& vertex,
+                                         std::vector<std::pair<char const*, Tensor>> const& tensors,
+                                         std::vector<std::pair<char const*, std::uint32_t>> const& values)
+    {
+        auto const set = graph_.addComputeSet(name);
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::" + vertex);
+        for (auto const& [field, tensor] : tensors) graph_.connect(v[field], tensor);
+        for (auto const& [field, value] : values) graph_.setInitialValue(v[field], value);
+        graph_.setTileMapping(v, 0);
+        return ::poplar::program::Execute(set);
+    }
+
     template <class K, class A>
     void connect(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, A*) const
     {
@@ -298,14 +311,9 @@ private:
     {
         reads.push_back(broadcast<P>()[tile]);
     }
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Here*) const
-    {}
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
-    {}
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Absent*) const
+    template <class K, class A>
+        requires(std::is_same_v<A, Here> || std::is_same_v<A, Worker> || std::is_same_v<A, Absent>)
+    void connect_end(std::vector<Tensor>&, std::uint32_t, A*) const
     {}
     template <class K, class... A>
     void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, machine::Types<A...>) const
@@ -434,17 +442,11 @@ private:
             graph_.connect(v["any"], rows_said_[y]);
             graph_.setTileMapping(v, y * grid_.width);
         }
-        auto const end = graph_.addComputeSet("votes" + number);
-        auto const v = graph_.addVertex(end, "tilemesh::vertices::CountPass");
-        graph_.connect(v["said"], rows_said_.flatten());
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["log_at"], RunLog::step(step_));
-        graph_.setInitialValue(v["touched"], links_touched<Program>(typename KernelTraits<K>::Links{}));
-        graph_.setInitialValue(v["reads"], reads);
-        graph_.setTileMapping(v, 0);
         all.add(::poplar::program::Execute(rows));
-        all.add(::poplar::program::Execute(end));
+        all.add(on_tile_0("votes" + number, "CountPass", {{"said", rows_said_.flatten()}, {"log", run_log_}, {"again", again_}},
+                          {{"log_at", RunLog::step(step_)},
+                           {"touched", links_touched<Program>(typename KernelTraits<K>::Links{})},
+                           {"reads", reads}}));
         return all;
     }
     template <class K>
@@ -493,23 +495,13 @@ private:
     };
     ::poplar::program::Execute begin_loop(LoopAt at)
     {
-        auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginLoop");
-        graph_.connect(v["log"], run_log_);
-        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
-        graph_.connect(v["at_most"], bounds_.slice(at.index, at.index + 1));
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("begin loop " + std::to_string(at.index), "BeginLoop",
+                         {{"log", run_log_}, {"at_most", bounds_.slice(at.index, at.index + 1)}}, {{"log_at", RunLog::loop<Program>(at.index)}});
     }
     ::poplar::program::Execute test_loop(LoopAt at)
     {
-        auto const set = graph_.addComputeSet("another round of loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestLoop");
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("another round of loop " + std::to_string(at.index), "TestLoop", {{"log", run_log_}, {"again", again_}},
+                         {{"log_at", RunLog::loop<Program>(at.index)}});
     }
     template <class Part>
     ::poplar::program::Execute test_flag()
@@ -517,12 +509,8 @@ private:
         using Parameters = typename StepTraits<Part>::Parameters;
         Parameters const p{};
         auto const at = static_cast<std::size_t>(reinterpret_cast<char const*>(&(p.*StepTraits<Part>::flag)) - reinterpret_cast<char const*>(&p)) / 4;
-        auto const set = graph_.addComputeSet("if a word of " + text<Parameters>());
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestFlag");
-        graph_.connect(v["word"], broadcast<Parameters>()[0].slice(at, at + 1));
-        graph_.connect(v["again"], again_);
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("if a word of " + text<Parameters>(), "TestFlag",
+                         {{"word", broadcast<Parameters>()[0].slice(at, at + 1)}, {"again", again_}}, {});
     }
     template <class Step>
     void add_everywhere(Step const& step, Sequence& to)
@@ -537,17 +525,11 @@ private:
     void add_until_quiet(UntilQuiet<K> const& step, Sequence& to)
     {
         auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
-        auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginStep");
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["at_most"], step.at_most);
-        graph_.setInitialValue(v["reads"], reads);
-        graph_.setTileMapping(v, 0);
+        to.add(on_tile_0("begin (step " + std::to_string(step_) + ")", "BeginStep", {{"log", run_log_}, {"again", again_}},
+                         {{"at_most", step.at_most}, {"reads", reads}}));
         Sequence body;
         body.add(pass<K>(Task::if_needed));
         body.add(account<K>(reads));
-        to.add(::poplar::program::Execute(set));
         to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
     }
 
