@@ -2,6 +2,5 @@
 #include <tilemesh/scene/detail/camera_json_code.hpp>
 #include <tilemesh/scene/detail/colmap_code.hpp>
 #include <tilemesh/scene/detail/named_camera_code.hpp>
-#include <tilemesh/scene/detail/near_plane_code.hpp>
 #include <tilemesh/scene/detail/rgbd_list_code.hpp>
 #include <tilemesh/scene/detail/trajectory_code.hpp>

@@ -4,13 +4,8 @@
 #include <tilemesh/report/detail/distinct_files_code.hpp>
 #include <tilemesh/report/detail/enclosure_code.hpp>
 #include <tilemesh/report/detail/error_measures_code.hpp>
-#include <tilemesh/report/detail/frame_csv_code.hpp>
 #include <tilemesh/report/detail/frame_report_code.hpp>
 #include <tilemesh/report/detail/image_file_code.hpp>
 #include <tilemesh/report/detail/json_text_code.hpp>
-#include <tilemesh/report/detail/number_text_code.hpp>
 #include <tilemesh/report/detail/reference_double_code.hpp>
-#include <tilemesh/report/detail/run_report_code.hpp>
-#include <tilemesh/report/detail/string_stream_code.hpp>
-#include <tilemesh/report/detail/table_code.hpp>
 #include <tilemesh/report/detail/whole_file_code.hpp>

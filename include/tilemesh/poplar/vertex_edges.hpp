@@ -5,7 +5,9 @@
 
 /// The edges of a kernel's vertex and their order, on which a codelet, its graph and its ledger agree. Kernel code; experimental until an
 /// SDK has compiled it.
-namespace tilemesh { inline namespace v0_2 { namespace on_poplar { namespace detail {
+namespace tilemesh { inline namespace v0_2 { namespace on_poplar {
+
+namespace detail {
 /// The number of edges that argument A of Kernel takes in each list.
 template <class Kernel, class A>
 struct EdgesOf {

@@ -44,7 +44,8 @@ public:
             if (map.values.size() != grid.size())
                 throw Error("map " + map.name + " cannot be shown (it has " + std::to_string(map.values.size()) + " numbers, and the grid " +
                             std::to_string(grid.size()) + " tiles); give it a number for every tile");
-        if (page.tile_px[0] == 0 || page.tile_px[1] == 0) throw Error("maps cannot be shown (a tile has no pixels); give tile_px a width and a height");
+        if (page.tile_px[0] == 0 || page.tile_px[1] == 0)
+            throw Error("maps cannot be shown (a tile has no pixels); give tile_px a width and a height");
     }
     report::HtmlReport& html() noexcept { return html_; }
     void write(std::string const& what, std::string const& text, std::string const& note)

@@ -80,7 +80,8 @@ public:
             else std::copy(c, c + model.coefficients, values.coefficients.begin());
             lens.bend = lens_of_values(values, fault);
             if (!fault.empty())
-                throw Error(place + " has a lens that is not rendered (" + fault + "); run colmap image_undistorter, and name the model that it writes");
+                throw Error(place + " has a lens that is not rendered (" + fault +
+                            "); run colmap image_undistorter, and name the model that it writes");
         }
         if (auto const why = fault_of({}, lens); !why.empty()) refuse(why);
         if (!lenses_.emplace(id, Lens{lens, bent}).second) refuse("another camera has CAMERA_ID " + std::to_string(id));
