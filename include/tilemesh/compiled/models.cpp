@@ -6,7 +6,6 @@
 #include <tilemesh/model/detail/confidence_code.hpp>
 #include <tilemesh/model/detail/cost_model_code.hpp>
 #include <tilemesh/model/detail/cost_parameters_code.hpp>
-#include <tilemesh/model/detail/cost_table_code.hpp>
 #include <tilemesh/model/detail/energy_code.hpp>
 #include <tilemesh/model/detail/energy_range_code.hpp>
 #include <tilemesh/model/detail/exchange_code.hpp>
