@@ -1,4 +1,5 @@
 #include "support.hpp"
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
 
 using namespace scene_test;

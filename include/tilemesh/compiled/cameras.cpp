@@ -1,10 +1,6 @@
 // A part of tilemesh::compiled: files of cameras, trajectories and lists of pictures.
-#include <tilemesh/scene/detail/camera_list_code.hpp>
+#include <tilemesh/scene/detail/camera_json_code.hpp>
 #include <tilemesh/scene/detail/colmap_code.hpp>
-#include <tilemesh/scene/detail/json_reader_code.hpp>
-#include <tilemesh/scene/detail/json_values_code.hpp>
 #include <tilemesh/scene/detail/named_camera_code.hpp>
-#include <tilemesh/scene/detail/near_plane_code.hpp>
-#include <tilemesh/scene/detail/picture_size_code.hpp>
 #include <tilemesh/scene/detail/rgbd_list_code.hpp>
 #include <tilemesh/scene/detail/trajectory_code.hpp>

@@ -6,7 +6,6 @@
 #include <tilemesh/model/detail/confidence_code.hpp>
 #include <tilemesh/model/detail/cost_model_code.hpp>
 #include <tilemesh/model/detail/cost_parameters_code.hpp>
-#include <tilemesh/model/detail/cost_table_code.hpp>
 #include <tilemesh/model/detail/energy_code.hpp>
 #include <tilemesh/model/detail/energy_range_code.hpp>
 #include <tilemesh/model/detail/exchange_code.hpp>
@@ -14,5 +13,4 @@
 #include <tilemesh/model/detail/machine_file_code.hpp>
 #include <tilemesh/model/detail/network_code.hpp>
 #include <tilemesh/model/detail/network_lines_code.hpp>
-#include <tilemesh/model/detail/parameter_file_code.hpp>
 #include <tilemesh/model/detail/step_costs_code.hpp>

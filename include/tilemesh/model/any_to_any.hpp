@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
@@ -7,7 +6,6 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,10 +7,7 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/table.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
@@ -46,14 +42,12 @@ struct SlowestTile {
 
 /// The slowest tile of a step; empty if no compute of the step was modelled. `cost` must be the result of model_cost for this trace. Cost:
 /// linear in the trace, and 8 bytes a tile.
-TILEMESH_HOST std::optional<SlowestTile> slowest_tile(CostModel const& model, Trace const& trace, RunCost const& cost,
-                                                      Grid grid, std::uint32_t step);
+TILEMESH_HOST std::optional<SlowestTile> slowest_tile(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid, std::uint32_t step);
 
 /// The bottleneck of a run. Of equal candidates it is compute before exchange before sync, then the earlier step. Empty if no cycle was
 /// modelled. `cost` must be the result of model_cost for this trace; throws `Error` as step_costs and model_cost do. Cost: linear in the
 /// trace, and 8 bytes a tile.
-TILEMESH_HOST std::optional<Bottleneck> find_bottleneck(CostModel const& model, Trace const& trace, RunCost const& cost,
-                                                        Grid grid);
+TILEMESH_HOST std::optional<Bottleneck> find_bottleneck(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid);
 
 namespace model_detail {
 /// A tile as text: "(23, 18)".
@@ -64,9 +58,8 @@ TILEMESH_HOST std::string exchanges_text(std::uint64_t exchanges);
 
 /// One sentence that names the bottleneck of a run and gives its numbers. `run`: the word for the run ("run", "frame"). `because`: if not
 /// empty, the program's own reason for the time that the slowest tile computes ("it holds 1,198 copies").
-TILEMESH_HOST std::string bottleneck_text(std::optional<Bottleneck> const& bottleneck, CostModel const& model,
-                                          Trace const& trace, RunCost const& cost, Grid grid, std::string_view run = "run",
-                                          std::string_view because = {});
+TILEMESH_HOST std::string bottleneck_text(std::optional<Bottleneck> const& bottleneck, CostModel const& model, Trace const& trace,
+                                          RunCost const& cost, Grid grid, std::string_view run = "run", std::string_view because = {});
 
 /// The sentence for a run without a cost model: its passes, its exchanges, and the tile that sent the most bytes, or ran most often if
 /// nothing was sent. Throws `Error` for a trace of another grid. Cost: linear in the trace, and 8 bytes a tile.

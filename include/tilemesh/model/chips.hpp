@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <tilemesh/config.hpp>
-#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/network.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -26,36 +22,6 @@ struct Chips {
 
 /// Mk2 chips of 40 x 36 tiles, as in the paper's grid. The bandwidth is from a document; no number for the latency was found.
 TILEMESH_HOST Chips mk2_chips();
-
-namespace model_detail {
-inline constexpr std::uint64_t most_crossing_cycles = 1'000'000'000'000, most_crossing_millicycles = 10'000'000;
-
-/// The borders between the chips of a grid.
-class Crossings {
-public:
-    /// Throws Error for chips with one side of 0, and for numbers above their limits.
-    TILEMESH_HOST Crossings(Chips const& chips, Grid grid);
-    std::uint32_t chips() const noexcept { return across_ * down_; }
-
-    /// The bytes over the busiest border in one direction, if every link carries its capacity.
-    TILEMESH_HOST std::uint64_t of_capacity(SuperstepSample const& s) noexcept;
-    /// The bytes over the busiest border in one direction, of the messages of a superstep.
-    TILEMESH_HOST std::uint64_t of_messages(SuperstepSample const& s);
-    /// The cycles of a border for so many bytes; 0 if none cross.
-    TILEMESH_HOST std::uint64_t cycles(std::uint64_t bytes) const noexcept;
-    /// The border that the last call of of_capacity or of_messages was about: the first of the busiest.
-    NetworkResource const& busiest() const noexcept { return busiest_; }
-
-private:
-    std::size_t chip_of(TileId t) const noexcept { return std::size_t{t.y() / chips_.rows} * across_ + t.x() / chips_.columns; }
-
-    Chips chips_;
-    Grid grid_;
-    std::uint32_t across_ = 1, down_ = 1;  ///< chips
-    std::vector<std::uint64_t> bytes_;     ///< of each chip and direction
-    NetworkResource busiest_{};
-};
-} // namespace model_detail
 
 }} // namespace tilemesh
 

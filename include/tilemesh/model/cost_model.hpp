@@ -13,7 +13,6 @@
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/chips.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/network.hpp>
 #include <vector>
 

@@ -1,17 +1,12 @@
 #pragma once
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <istream>
-#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/parameter_file.hpp>
-#include <utility>
-#include <vector>
 
 // Sets of a cost model's numbers: one for the library's kernels on Mk2, and a text format, so that a set can be changed and applied to a
 // trace again.
@@ -19,35 +14,6 @@ namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
 inline constexpr std::array<std::string_view, 2> exchange_cost_names = {"capacity", "live"};
-inline constexpr std::uint32_t first_operation = 2;
-
-/// All parameters of a model, in the order of its file: clock, exchange_cost, the operations that it prices, run, exchange,
-/// exchange_byte, sync, vote.
-TILEMESH_HOST std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices);
-/// The place of a parameter in that order, or the number of parameters if none has this name.
-TILEMESH_HOST std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name);
-
-/// The model's number. Not for exchange_cost, which is not an integer.
-template <class Model>
-auto& parameter_field(Model& m, std::size_t i)
-{
-    if (i == 0) return m.clock_khz;
-    if (i - first_operation < m.prices.size()) return m.prices[i - first_operation].millicycles;
-    switch (i - first_operation - m.prices.size()) {
-    case 0:
-        return m.run_cycles;
-    case 1:
-        return m.exchange_cycles;
-    case 2:
-        return m.exchange_millicycles_a_byte;
-    case 3:
-        return m.sync_cycles;
-    default:
-        return m.vote_cycles;
-    }
-}
-TILEMESH_HOST std::uint64_t parameter_value(CostModel const& m, std::size_t i);
-TILEMESH_HOST std::string parameter_text(std::size_t i, std::uint64_t value);
 } // namespace model_detail
 
 /// The name under which a model prices a byte that the host sends to the chip.

@@ -1,8 +1,6 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <istream>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
@@ -10,9 +8,6 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/parameter_file.hpp>
-#include <utility>
 #include <vector>
 
 // The energy of a run: power x time, as the paper measures it, or events with so many femtojoules each. Supply the energies,
@@ -42,9 +37,7 @@ struct EnergyModel {
 };
 
 namespace model_detail {
-TILEMESH_HOST ParameterRule energy_rule(std::string_view event);
 TILEMESH_HOST ModelParameter const* find_energy(EnergyModel const& model, std::string_view event) noexcept;
-
 /// An exact sum of femtojoules, in 128 bits.
 struct Femtojoules {
     std::uint64_t high = 0, low = 0;

@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -39,11 +38,6 @@ struct HostPrediction {
     double messages = 0;                  ///< sent by all hosts, to neighbours
 };
 
-namespace model_detail {
-TILEMESH_HOST void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps,
-                                std::span<std::uint32_t const> first_row);
-} // namespace model_detail
-
 /// Predicts a frame over hosts, each with a band of rows, for the engine of mpi/mpi_mesh.hpp. Host h has the rows first_row[h] to
 /// first_row[h + 1] - 1 and may have none; the last entry is the grid's height. Channels that wrap are not modelled.
 ///
@@ -60,14 +54,12 @@ TILEMESH_HOST HostPrediction predict_hosts(HostNetwork const& net, std::span<Hos
 /// thread. Each step's time is divided among its supersteps and rows like the modelled cycles of their tiles. A row's bytes are those of
 /// the messages that its tiles sent, and 12 bytes for each tile and side: column, size and note. Throws Error as model_cost does, and if
 /// there is not one time for each step.
-TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model,
-                                                         std::span<double const> step_us);
+TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model, std::span<double const> step_us);
 
 /// The supersteps of a grid that is `times` as wide and as high, with as many records on each tile. A row has `times` the tiles, so its time
 /// and its bytes grow by this factor. A record that crosses the grid has `times` the way: superstep i occurs `times` as often if travels[i].
 /// Throws Error if `times` is 0.
-TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times,
-                                                  std::vector<bool> const& travels);
+TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times, std::vector<bool> const& travels);
 
 }} // namespace tilemesh
 

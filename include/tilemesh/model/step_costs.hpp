@@ -5,8 +5,6 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
-#include <utility>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 {

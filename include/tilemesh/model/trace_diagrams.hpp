@@ -1,19 +1,11 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/cost_table.hpp>
 #include <tilemesh/model/step_costs.hpp>
-#include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
-#include <tilemesh/report/table.hpp>
-#include <utility>
 #include <vector>
 
 /// Diagrams of the modelled time of a run of any program, as SVG.

@@ -1,6 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <ostream>
 #include <string>
@@ -9,9 +7,7 @@
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <vector>
 
@@ -21,29 +17,8 @@
 namespace tilemesh { inline namespace v0_2 {
 
 namespace model_detail {
-/// Writes text to a stream in pieces of 64 KiB, which needs few calls and little memory. Numbers are plain decimals.
-class TextStream {
-public:
-    explicit TextStream(std::ostream& out) : out_(out) {}
-    TILEMESH_HOST TextStream& operator<<(std::string_view text);
-    TILEMESH_HOST TextStream& operator<<(std::uint64_t number);
-    TILEMESH_HOST void flush();
-
-private:
-    std::ostream& out_;
-    std::string text_;
-};
-
 /// A field of a CSV line (RFC 4180): in quotes if it needs them, with each quote in it doubled.
 TILEMESH_HOST std::string csv_field(std::string_view text);
-
-template <class Quote>
-std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
-{
-    std::vector<std::string> out;
-    for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
-    return out;
-}
 } // namespace model_detail
 
 namespace model_detail {
@@ -79,8 +54,7 @@ TILEMESH_HOST void write_step_csv(std::ostream& out, Trace const& trace, CostMod
 ///
 /// A clock of 0 kHz or above `most_clock_khz` throws `tilemesh::Error`. A run must be below 500 years (2^64 ns). Cost: about 280 bytes
 /// per event if counts have six digits; with 64 tiles, 2.7 MB for 150 supersteps on any grid.
-TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid,
-                                      std::uint32_t busiest = 64);
+TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, CostModel const& model, Grid grid, std::uint32_t busiest = 64);
 
 /// The number that a heat map shows for each tile, besides operations.
 enum class TileSum : std::uint32_t {
@@ -96,8 +70,7 @@ enum class TileSum : std::uint32_t {
 inline constexpr std::uint32_t tile_sum_kinds = 6;
 constexpr char const* name_of(TileSum sum) noexcept
 {
-    constexpr char const* names[tile_sum_kinds] = {"busy_cycles", "idle_cycles", "sent_bytes",
-                                                        "tile_runs",   "settled_bytes", "channel_fill"};
+    constexpr char const* names[tile_sum_kinds] = {"busy_cycles", "idle_cycles", "sent_bytes", "tile_runs", "settled_bytes", "channel_fill"};
     return names[static_cast<std::uint32_t>(sum)];
 }
 

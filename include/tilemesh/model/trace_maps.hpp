@@ -6,14 +6,9 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/trace_files.hpp>
-#include <tilemesh/number_text.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/number_text.hpp>
-#include <utility>
 #include <vector>
 
 /// Maps of the grid from a trace of any program: numbers for each tile, as pictures and as CSV.
@@ -27,11 +22,6 @@ struct TileMap {
     std::vector<double> values; ///< one per tile, finite, not below 0
     std::string unit{};         ///< unit of the numbers: "cycles"
 };
-
-namespace model_detail {
-/// The fill of the fullest channel side of each tile, in percent.
-TILEMESH_HOST std::vector<double> fill_percent(Trace const& trace, Grid grid);
-} // namespace model_detail
 
 /// The maps of a trace: the fill of the fullest channel end of each tile, the cycles that it computes, and the cycles that it waits.
 TILEMESH_HOST std::vector<TileMap> trace_maps(Trace const& trace, CostModel const& model, Grid grid);

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <tilemesh/config.hpp>
@@ -10,57 +9,12 @@
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_section.hpp>
-#include <tilemesh/report/html.hpp>
-#include <tilemesh/report/string_stream.hpp>
-#include <tilemesh/report/table.hpp>
-#include <tilemesh/report/whole_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
 /// The timeline of write_chrome_trace with as many of the 64 busiest tiles as fit into `most_bytes`; `note` says how many. Empty if even
 /// the machine's own track does not fit.
-TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid,
-                                         std::string& note);
-
-namespace model_detail {
-/// The page of write_trace_page, and the files beside it.
-class TracePageFiles {
-public:
-    TILEMESH_HOST TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page);
-    report::HtmlReport& html() noexcept { return html_; }
-    TILEMESH_HOST void write(std::string const& what, std::string const& text, std::string const& note);
-    template <class Into>
-    void produce(std::string const& what, std::string const& note, Into const& into)
-    {
-        report::StringStream text;
-        into(text);
-        write(what, text.str(), note);
-    }
-    void leave_out(std::string const& what, std::string const& why) { beside_.emplace_back(name_ + what, why); }
-    /// The trace by superstep and tile, unless the table is too long.
-    template <class Into>
-    void produce_tiles(Trace const& trace, Into const& into)
-    {
-        std::uint64_t lines = 0;
-        for (auto const& s : trace.supersteps) lines += s.tiles.size();
-        if (lines <= page_.most_tile_lines) return produce(".tiles.csv", "the trace by superstep and tile", into);
-        leave_out(".tiles.csv", "left out: " + report::thousands(lines) + " lines are more than " + report::thousands(page_.most_tile_lines));
-    }
-    /// The page itself, with the list of the files beside it.
-    TILEMESH_HOST std::filesystem::path finish();
-
-private:
-    std::filesystem::path path(std::string const& what) const { return folder_ / (name_ + what); }
-
-    std::filesystem::path folder_;
-    std::string name_;
-    TracePage const& page_;
-    report::HtmlReport html_;
-    std::vector<std::pair<std::string, std::string>> beside_;
-};
-} // namespace model_detail
+TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& trace, CostModel const& model, Grid grid, std::string& note);
 
 /// Writes a run of any program as files into `folder`, and makes the folder if it does not exist. All file names begin with `name`:
 ///   .html            a page for a browser: one sentence about the bottleneck, the picture and maps, cycles by step and over time, the
@@ -73,9 +27,8 @@ private:
 ///
 /// Throws `Error` for a folder or file that cannot be written, for a map without a number for every tile, and in the cases in which
 /// write_cost_model, model_cost and energy_of throw it. Cost: memory for the texts, twice.
-TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
-                                                     Trace const& trace, CostModel const& model, Grid grid,
-                                                     TracePage const& page = {});
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
+                                                     CostModel const& model, Grid grid, TracePage const& page = {});
 
 /// Writes the page and the files of a run without a cost model: tile runs and sent messages, but no times. The files are .html, .tiles.csv
 /// (without cycles) and .maps.csv. `page.energy` is not used, because energy needs modelled cycles.

@@ -3,14 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/engine/trace.hpp>
 #include <tilemesh/machine/grid.hpp>
 #include <tilemesh/machine/tile.hpp>
-#include <tilemesh/model/any_to_any.hpp>
 #include <tilemesh/model/bottleneck.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
@@ -19,10 +17,8 @@
 #include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/model/trace_maps.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/image.hpp>
-#include <tilemesh/report/image_file.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <utility>
 #include <vector>
@@ -65,27 +61,14 @@ struct TraceSection {
     TILEMESH_HOST std::size_t bytes() const noexcept;
 };
 
-namespace model_detail {
-/// Adds the picture, if there is one, and the maps, each in the picture's frame.
-TILEMESH_HOST void add_cards(TraceSection& section, std::vector<TileMap> const& maps, Grid grid, TracePage const& page);
-/// A step's slowest tile and what its kernel counted there, a line each: "(6, 21) in 6 of 73 passes:", "458,914 slot (76.6 %)".
-TILEMESH_HOST std::string slowest_text(std::optional<SlowestTile> const& slowest, StepCost const& s,
-                                       std::vector<std::uint64_t> const& busy, Grid grid);
-/// What bounds the passes of a step, the most frequent first: "compute 70, port in 5".
-TILEMESH_HOST std::string bounds_text(RunCost const& cost, std::uint32_t step);
-TILEMESH_HOST void add_step_counts(std::vector<std::string>& row, StepCost const& s);
-} // namespace model_detail
-
 /// The contents of a page about this run, with the maps of `page` before the maps of the trace. `maps` gets all maps. `cost` is the result
 /// of model_cost for this trace. `energy` is the result of energy_of with `page.energy`, or null. Throws `Error` in the cases in which
 /// step_costs and any_to_any throw it, and for a map without a number for every tile.
-TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid,
-                                         TracePage const& page, std::vector<TileMap> const& maps,
-                                         Energy const* energy = nullptr);
+TILEMESH_HOST TraceSection trace_section(Trace const& trace, CostModel const& model, RunCost const& cost, Grid grid, TracePage const& page,
+                                         std::vector<TileMap> const& maps, Energy const* energy = nullptr);
 
 /// The contents of a page about this run without a cost model: tile runs and sent messages, but no times.
-TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page,
-                                         std::vector<TileMap> const& maps);
+TILEMESH_HOST TraceSection trace_section(Trace const& trace, Grid grid, TracePage const& page, std::vector<TileMap> const& maps);
 
 /// The text of a page about its times.
 inline constexpr char const* modelled_text =
@@ -99,8 +82,7 @@ TILEMESH_HOST void add_section(report::HtmlReport& html, TraceSection const& sec
                                std::vector<std::pair<std::string, std::string>> const& facts = {});
 
 /// Adds the ledger of a tile's SRAM, folded away. `sram_bytes`: the SRAM of a tile, for the last line; 0: the line does not name it.
-TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger,
-                              std::uint64_t sram_bytes = 0);
+TILEMESH_HOST void add_ledger(report::HtmlReport& html, std::span<machine::Region const> ledger, std::uint64_t sram_bytes = 0);
 /// Adds the numbers of a cost model, each with its kind and its source, folded away.
 TILEMESH_HOST void add_parameters(report::HtmlReport& html, CostModel const& model);
 /// Adds the operations that a trace counted to the names that are there, each once.

@@ -33,10 +33,8 @@ public:
         if (most == 0) return;
         while (least < most) { // the smallest sum that no band needs to exceed
             auto const sum = least + (most - least) / 2;
-            if (cut(weights, sum))
-                most = sum;
-            else
-                least = sum + 1;
+            if (cut(weights, sum)) most = sum;
+            else least = sum + 1;
         }
         cut(weights, most);
     }

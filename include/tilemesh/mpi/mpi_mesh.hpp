@@ -43,7 +43,8 @@ struct MpiMeshOptions {
 /// std::bad_alloc and the exception of an observer, as Error. Ranks whose programs, sizes or limits differ are refused. An error of MPI
 /// itself ends the job (MPI_ERRORS_ARE_FATAL). After an exception the mesh refuses to run again.
 template <class Program, class Machine = Mk2>
-class MpiMesh {
+class MpiMesh : mpi::detail::Ranks {
+    using Ranks = mpi::detail::Ranks;
     using Band = mpi::detail::BandMesh<Program, Machine>;
 
 public:
@@ -54,62 +55,50 @@ public:
 
     /// The ranks of `options.comm`, for host work before there is a mesh. It makes its own copy of the communicator; every rank makes it, and
     /// calls its members in the same order. The members are those of the mesh.
-    class Group {
+    class Group : Ranks {
     public:
-        explicit Group(Options const& options) : ranks_(options.comm) {}
-        std::uint32_t rank() const noexcept { return ranks_.rank(); }
-        std::uint32_t ranks() const noexcept { return ranks_.size(); }
-        template <class F>
-        void together(F const& f)
-        {
-            ranks_.together(f);
-        }
-        bool same(std::uint64_t word) { return ranks_.same(word); }
-        void sum(std::uint64_t* words, std::size_t n) { ranks_.sum(words, n); }
-
-    private:
-        mpi::detail::Ranks ranks_;
+        explicit Group(Options const& options) : Ranks(options.comm) {}
+        using Ranks::rank, Ranks::together, Ranks::same, Ranks::sum;
+        std::uint32_t ranks() const noexcept { return this->size(); }
     };
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
     MpiMesh(MPI_Comm comm, Program program, Grid grid, Options const& options = {})
         : MpiMesh(comm, program, grid, mesh_sizes<Program, Machine>(), options)
-    {
-    }
+    {}
     /// The constructor above, with a value of type `Machine`, so that the compiler deduces it.
     template <std::same_as<Machine> M>
     MpiMesh(MPI_Comm comm, Program program, Grid grid, M, Options const& options = {}) : MpiMesh(comm, program, grid, options)
-    {
-    }
+    {}
     /// A mesh with the machine and the slots of `sizes`.
     template <std::same_as<Sizes> S>
-    MpiMesh(MPI_Comm comm, Program program, Grid grid, S const& sizes, Options const& options = {}) : ranks_(comm)
+    MpiMesh(MPI_Comm comm, Program program, Grid grid, S const& sizes, Options const& options = {}) : Ranks(comm)
     {
         MeshOptions const own{options.threads, options.digest, options.most_passes, nullptr};
         auto digest = Band::digest_of_program(grid, sizes, own);
         for (auto w : options.row_weights) digest = engine::mix(digest, w);
-        if (!ranks_.same(digest))
+        if (!same(digest))
             throw Error("ranks with different meshes (the program's type, the grid, the sizes or the options of a rank differ from those of "
                         "another); build the same mesh on every rank");
-        ranks_.together([&] {
+        together([&] {
             int level = MPI_THREAD_SINGLE;
             MPI_Query_thread(&level);
             if (options.threads > 1 && level < MPI_THREAD_FUNNELED)
                 throw Error(std::to_string(options.threads) + " threads on a rank (MPI was initialised for one); call MPI_Init_thread with "
                                                               "MPI_THREAD_FUNNELED");
-            band_ = std::make_unique<Band>(ranks_, mpi::Bands{grid.height, ranks_.size(), options.row_weights}, program, grid, sizes, own);
+            Ranks const& all = *this;
+            band_ = std::make_unique<Band>(all, mpi::Bands{grid.height, ranks(), options.row_weights}, program, grid, sizes, own);
         });
     }
     /// The constructor above, on the ranks of `options.comm`. Renderers build their meshes with it.
     template <std::same_as<Sizes> S>
     MpiMesh(Program program, Grid grid, S const& sizes, Options const& options) : MpiMesh(options.comm, program, grid, sizes, options)
-    {
-    }
+    {}
     MpiMesh(MpiMesh const&) = delete;
     MpiMesh& operator=(MpiMesh const&) = delete;
 
-    std::uint32_t rank() const noexcept { return ranks_.rank(); }
-    std::uint32_t ranks() const noexcept { return ranks_.size(); }
+    using Ranks::rank; ///< the number of this rank, from 0
+    std::uint32_t ranks() const noexcept { return this->size(); }
     /// The rows of each rank.
     mpi::Bands const& bands() const noexcept { return band_->bands(); }
     /// Is tile t one of this rank?
@@ -154,7 +143,7 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        ranks_.together([&] { band_->template limit<X>(items); });
+        together([&] { band_->template limit<X>(items); });
     }
     /// See Mesh. Every rank gives the same rectangle.
     void run_within(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1) { band_->run_within(x0, y0, x1, y1); }
@@ -178,15 +167,13 @@ public:
         band_->require_idle();
         auto const digest = band_->digest_of_run();
         std::uint64_t words[] = {digest, ~digest, observer_ ? 0u : 1u};
-        ranks_.least(words, 3);
+        least(words, 3);
         if (words[0] != ~words[1])
             throw Error("ranks with different runs (the numbers in the program, a limit or the rectangle of a rank differ from those of "
                         "another); set the same on every rank");
-        ranks_.together([&] { band_->prepare(); });
-        if (words[2] == 0)
-            band_->observe_together(&observer_);
-        else
-            band_->observe_nothing();
+        together([&] { band_->prepare(); });
+        if (words[2] == 0) band_->observe_together(&observer_);
+        else band_->observe_nothing();
         band_->share_broadcasts();
         return band_->run_program();
     }
@@ -206,52 +193,24 @@ public:
 
     // Host work between runs. All functions are collective.
     /// Runs f, which does not communicate. If it throws on some ranks, every rank throws the Error of the lowest of them, with its rank.
-    template <class F>
-    void together(F const& f)
-    {
-        ranks_.together(f);
-    }
+    using Ranks::together;
     /// Do all ranks give the same word?
-    bool same(std::uint64_t word) { return ranks_.same(word); }
-    /// Replaces n words by their sums over all ranks. `least`, `most`: words below 2^63 by their minima or maxima.
-    void sum(std::uint64_t* words, std::size_t n) { ranks_.sum(words, n); }
-    void least(std::uint64_t* words, std::size_t n) { ranks_.least(words, n); }
-    void most(std::uint64_t* words, std::size_t n) { ranks_.most(words, n); }
+    using Ranks::same;
+    /// Replaces n words by their sums over all ranks, which wrap around. `least`, `most`: words below 2^63 by their minima or maxima.
+    using Ranks::sum, Ranks::least, Ranks::most;
     /// Every rank, from the lowest to the highest, calls word = f(word), with the result of the rank before. All ranks return the last
-    /// result. Cost: one broadcast for each rank.
-    template <class F>
-    std::uint64_t in_turn(std::uint64_t word, F const& f)
-    {
-        return ranks_.in_turn(word, f);
-    }
-    /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none. T is trivially copyable.
-    template <class T>
-    void join(std::vector<T>& items)
-    {
-        ranks_.join(items);
-    }
-    /// The same for a number of items that every rank can tell: n(r) of rank r. On rank 0, room for the items of the others follows its own.
-    template <class T, class N>
-    void join(T* items, N const& n)
-    {
-        ranks_.join(items, n);
-    }
+    /// result. If f throws on some ranks, the others have run, too, and every rank throws as `together`. Cost: one broadcast for each rank.
+    using Ranks::in_turn;
+    /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none. T is trivially copyable. The same for a number of
+    /// items that every rank can tell, `join(items, n)` with n(r) of rank r: on rank 0, room for the items of the others follows its own.
+    using Ranks::join;
     /// Sends `counts[r]` items to rank r, one rank after another. Returns the items that this rank gets, in the order of the ranks that sent
-    /// them; `counts[r]` is then the number of those from rank r. T is trivially copyable.
-    template <class T>
-    std::vector<T> deal(std::vector<T> items, std::vector<std::uint64_t>& counts)
-    {
-        return ranks_.deal(std::move(items), counts);
-    }
+    /// them; `counts[r]` is then the number of those from rank r. T is trivially copyable. Memory: both lists at once.
+    using Ranks::deal;
     /// Every rank gets the items of rank 0. T is trivially copyable.
-    template <class T>
-    void share(std::vector<T>& items)
-    {
-        ranks_.share(items);
-    }
+    using Ranks::share;
 
 private:
-    mpi::detail::Ranks ranks_;
     std::unique_ptr<Band> band_;
     Observer observer_;
 };

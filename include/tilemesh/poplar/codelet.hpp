@@ -71,10 +71,7 @@ class Codelet {
         {
             return reinterpret_cast<P const*>(words(vertex.reads[detail::reads_at<Kernel, Broadcast<P>>(Arguments{})]));
         }
-        TILEMESH_KERNEL Here here() noexcept
-        {
-            return {TileId::at(vertex.x, vertex.y), Grid{vertex.width, vertex.height}};
-        }
+        TILEMESH_KERNEL Here here() noexcept { return {TileId::at(vertex.x, vertex.y), Grid{vertex.width, vertex.height}}; }
         TILEMESH_KERNEL Worker worker() noexcept { return share; }
     };
 
@@ -93,18 +90,15 @@ class Codelet {
     template <class X, class Edge>
     TILEMESH_KERNEL static machine::Place place(Edge& edge) noexcept
     {
-        if constexpr (is_list<X>)
-            return list<X>(edge);
-        else
-            return {nullptr, words(edge), 1};
+        if constexpr (is_list<X>) return list<X>(edge);
+        else return {nullptr, words(edge), 1};
     }
 
     /// Does the tile have unread mail for the kernel, or on a channel on which the kernel sends?
     template <class C, class Vertex>
     TILEMESH_KERNEL static bool unread(Vertex& vertex) noexcept
     {
-        constexpr auto at = Traits::template reads<C> ? detail::reads_at<Kernel, In<C>>(Arguments{})
-                                                      : detail::reads_at<Kernel, Out<C>>(Arguments{});
+        constexpr auto at = Traits::template reads<C> ? detail::reads_at<Kernel, In<C>>(Arguments{}) : detail::reads_at<Kernel, Out<C>>(Arguments{});
         std::uint32_t any = 0;
         for (std::uint32_t i = 0; i < ends_in<C>; ++i) {
             auto const* const head = words(vertex.reads[at + i]);
@@ -143,10 +137,8 @@ class Codelet {
     template <class C, class Vertex>
     TILEMESH_KERNEL static bool delivers([[maybe_unused]] Vertex& vertex, [[maybe_unused]] Direction d) noexcept
     {
-        if constexpr (C::edge == Edge::drop)
-            return Grid{vertex.width, vertex.height}.has_neighbour(TileId::at(vertex.x, vertex.y), d);
-        else
-            return true;
+        if constexpr (C::edge == Edge::drop) return Grid{vertex.width, vertex.height}.has_neighbour(TileId::at(vertex.x, vertex.y), d);
+        else return true;
     }
     /// Counts the messages of one channel. Returns whether any message or note was sent.
     template <class C, class Vertex>
@@ -169,8 +161,7 @@ class Codelet {
         }
     }
     template <class Vertex, class... C>
-    TILEMESH_KERNEL static std::uint32_t all_sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log,
-                                                  machine::Types<C...>) noexcept
+    TILEMESH_KERNEL static std::uint32_t all_sent([[maybe_unused]] Vertex& vertex, [[maybe_unused]] std::uint32_t* log, machine::Types<C...>) noexcept
     {
         return (0u | ... | sent<C>(vertex, log));
     }

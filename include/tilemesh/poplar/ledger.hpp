@@ -25,9 +25,8 @@ template <class Step>
 inline constexpr std::uint32_t begin_bytes = StepTraits<Step>::everywhere ? 0 : span_bytes + 3 * word_bytes; // BeginStep
 /// Vertices of loops (BeginLoop, TestLoop) and of conditions (TestFlag).
 template <class Program>
-inline constexpr std::uint32_t control_bytes =
-    StepTraits<Program>::loops * (2 * span_bytes + word_bytes + span_bytes + 2 * word_bytes) +
-        StepTraits<Program>::Flags::count * (span_bytes + word_bytes);
+inline constexpr std::uint32_t control_bytes = StepTraits<Program>::loops*(2 * span_bytes + word_bytes + span_bytes + 2 * word_bytes) +
+                                               StepTraits<Program>::Flags::count*(span_bytes + word_bytes);
 template <class Sizes, class... Step, class... L>
 constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, machine::Types<Step...>, machine::Types<L...>) noexcept
 {
@@ -35,10 +34,9 @@ constexpr std::uint32_t vertex_bytes([[maybe_unused]] Sizes const& sizes, machin
     auto const start = span_bytes * (1 + 3 + own), begin = span_bytes * (1 + 2);
     auto const votes = 2 * span_bytes + 2 * span_bytes + 4 * word_bytes; // GatherVotes, CountPass
     return start + begin +
-           (0u + ... + (kernel_vertex_bytes<KernelOf<Step>>(
-                         typename KernelTraits<KernelOf<Step>>::Arguments{},
-                         typename KernelTraits<KernelOf<Step>>::Links{}) +
-                        begin_bytes<Step> + votes));
+           (0u + ... +
+            (kernel_vertex_bytes<KernelOf<Step>>(typename KernelTraits<KernelOf<Step>>::Arguments{}, typename KernelTraits<KernelOf<Step>>::Links{}) +
+             begin_bytes<Step> + votes));
 }
 } // namespace detail
 

@@ -59,33 +59,26 @@ public:
     using Options = PoplarOptions;
 
     /// A mesh of `Machine`, for a program whose lists all have the capacity that their types name.
-    PoplarMesh(Program program, Grid grid, Options options = {})
-        : PoplarMesh(program, grid, mesh_sizes<Program, Machine>(), std::move(options))
-    {
-    }
+    PoplarMesh(Program program, Grid grid, Options options = {}) : PoplarMesh(program, grid, mesh_sizes<Program, Machine>(), std::move(options)) {}
     /// The constructor above, with a value of type `Machine`, so that the compiler deduces it:
     /// `PoplarMesh mesh{program, Grid{8, 8}, Traced<Mk2>{}, options}`.
     template <std::same_as<Machine> M>
     PoplarMesh(Program program, Grid grid, M, Options options = {}) : PoplarMesh(program, grid, std::move(options))
-    {
-    }
+    {}
     /// A mesh with the machine and the slots of `sizes`.
     template <std::same_as<typename Base::Sizes> S>
     PoplarMesh(Program program, Grid grid, S const& sizes, Options options = {})
         : Base(program, grid, sizes), options_(std::move(options)), rectangle_{0, 0, grid.width, grid.height}
     {
-        if (options_.device == nullptr)
-            throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
+        if (options_.device == nullptr) throw Error("a PoplarMesh without a device (it runs on an IPU); give it an attached poplar::Device");
         auto const& target = options_.device->getTarget();
         if (target.getNumTiles() < grid.size() || target.getBytesPerTile() < sizes.machine.sram_bytes ||
             target.getNumWorkerContexts() < sizes.machine.workers)
-            throw Error(std::string("machine ") + sizes.machine.name + " on a device of " + std::to_string(target.getNumTiles()) +
-                        " tiles of " + std::to_string(target.getBytesPerTile()) + " bytes and " +
-                        std::to_string(target.getNumWorkerContexts()) + " workers (the grid has " + std::to_string(grid.size()) +
-                        " tiles, the machine " + std::to_string(sizes.machine.sram_bytes) + " bytes and " +
-                        std::to_string(sizes.machine.workers) + " workers); choose a smaller grid or machine, or another device");
-        if (options_.digest)
-            throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
+            throw Error(std::string("machine ") + sizes.machine.name + " on a device of " + std::to_string(target.getNumTiles()) + " tiles of " +
+                        std::to_string(target.getBytesPerTile()) + " bytes and " + std::to_string(target.getNumWorkerContexts()) +
+                        " workers (the grid has " + std::to_string(grid.size()) + " tiles, the machine " + std::to_string(sizes.machine.sram_bytes) +
+                        " bytes and " + std::to_string(sizes.machine.workers) + " workers); choose a smaller grid or machine, or another device");
+        if (options_.digest) throw Error("digests on a PoplarMesh (the host does not see the tiles' words between supersteps); ask a Mesh for them");
         dirty_.fill(true);
     }
     PoplarMesh(PoplarMesh const&) = delete;
@@ -96,8 +89,7 @@ public:
     template <class X>
     void limit(std::uint32_t items)
     {
-        if (engine_)
-            throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
+        if (engine_) throw Error("a limit on a PoplarMesh that has run (its graph is built); set limits before the first run");
         if constexpr (is_channel<X>) {
             this->view().limit_link(Base::template index_of_link<X>, items, false);
             incoming_[Base::template index_of_link<X>] = {};
@@ -303,8 +295,7 @@ private:
         streams_.emplace_back(handle("to " + name), words.data());
         to.add(poplar::program::Copy(stream, tensor[0]));
         auto const others = this->grid_.size() - 1;
-        if (others > 0)
-            to.add(poplar::program::Copy(tensor.slice(0, 1).broadcast(others, 0), tensor.slice(1, this->grid_.size())));
+        if (others > 0) to.add(poplar::program::Copy(tensor.slice(0, 1).broadcast(others, 0), tensor.slice(1, this->grid_.size())));
     }
     void deliver(poplar::program::Sequence& to, std::string const& name, poplar::Tensor const& tensor, std::uint32_t* words)
     {
@@ -333,8 +324,7 @@ private:
         std::vector<std::uint32_t>& of_loop;
         template <class Step>
         void step(Step const&, std::uint32_t)
-        {
-        }
+        {}
         template <class Part, class Body>
         void loop(Part const& part, LoopAt at, Body const& body)
         {
@@ -478,10 +468,8 @@ private:
     template <class X>
     std::uint32_t state_peak() const noexcept
     {
-        if constexpr (is_list<X>)
-            return peak(Log::template state_peak<X>());
-        else
-            return 0;
+        if constexpr (is_list<X>) return peak(Log::template state_peak<X>());
+        else return 0;
     }
     std::uint32_t word(std::uint32_t tile, std::uint32_t at) const noexcept { return log_[std::size_t{tile} * Log::words + at]; }
 
@@ -496,8 +484,7 @@ private:
         }
         template <class Part, class Body>
         void loop(Part const&, LoopAt, Body const&)
-        {
-        }
+        {}
         template <class Part, class Body>
         void condition(Part const&, Body const& body)
         {

@@ -154,10 +154,7 @@ private:
     }
 
     // --- variables ----------------------------------------------------------------------------------------------------
-    Tensor variable(std::string const& name, std::vector<std::size_t> shape)
-    {
-        return graph_.addVariable(::poplar::UNSIGNED_INT, shape, name);
-    }
+    Tensor variable(std::string const& name, std::vector<std::size_t> shape) { return graph_.addVariable(::poplar::UNSIGNED_INT, shape, name); }
     Tensor per_tile(std::string const& name, std::uint32_t words)
     {
         auto const t = variable(name, {grid_.size(), words});
@@ -177,10 +174,8 @@ private:
     template <class X>
     std::uint32_t laid_out_words_of() const noexcept
     {
-        if constexpr (is_list<X>)
-            return X::words(sizes_.slots[machine::index_in<X>(States{})]);
-        else
-            return sizeof(X) / 4;
+        if constexpr (is_list<X>) return X::words(sizes_.slots[machine::index_in<X>(States{})]);
+        else return sizeof(X) / 4;
     }
     template <class... P>
     void add_shareds(machine::Types<P...>)
@@ -263,13 +258,24 @@ private:
             auto const v = graph_.addVertex(set, "tilemesh::vertices::Clear");
             std::vector<Tensor> edges;
             for (auto const& t : what)
-                if (t.rank() == 2)
-                    edges.push_back(t[i]);
-                else if (i == 0)
-                    edges.push_back(t);
+                if (t.rank() == 2) edges.push_back(t[i]);
+                else if (i == 0) edges.push_back(t);
             connect_list(v, "words", edges);
             graph_.setTileMapping(v, i);
         }
+        return ::poplar::program::Execute(set);
+    }
+
+    /// Runs one vertex, on tile 0, with these tensors and values in its fields.
+    ::poplar::program::Execute on_tile_0(std::string const& name, std::string const& vertex,
+                                         std::vector<std::pair<char const*, Tensor>> const& tensors,
+                                         std::vector<std::pair<char const*, std::uint32_t>> const& values)
+    {
+        auto const set = graph_.addComputeSet(name);
+        auto const v = graph_.addVertex(set, "tilemesh::vertices::" + vertex);
+        for (auto const& [field, tensor] : tensors) graph_.connect(v[field], tensor);
+        for (auto const& [field, value] : values) graph_.setInitialValue(v[field], value);
+        graph_.setTileMapping(v, 0);
         return ::poplar::program::Execute(set);
     }
 
@@ -282,12 +288,9 @@ private:
         } else {
             using X = std::remove_const_t<A>;
             auto row = state<X>()[tile];
-            if constexpr (is_list<X>)
-                row = row.slice(0, X::words(slots_.states[machine::index_in<X>(States{})]));
-            if constexpr (!std::is_const_v<A>)
-                keeps.push_back(row);
-            else if constexpr (!Traits::template takes<X&>)
-                reads.push_back(row);
+            if constexpr (is_list<X>) row = row.slice(0, X::words(slots_.states[machine::index_in<X>(States{})]));
+            if constexpr (!std::is_const_v<A>) keeps.push_back(row);
+            else if constexpr (!Traits::template takes<X&>) reads.push_back(row);
         }
     }
     template <class K, class C>
@@ -308,18 +311,10 @@ private:
     {
         reads.push_back(broadcast<P>()[tile]);
     }
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Here*) const
-    {
-    }
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Worker*) const
-    {
-    }
-    template <class K>
-    void connect_end(std::vector<Tensor>&, std::uint32_t, Absent*) const
-    {
-    }
+    template <class K, class A>
+        requires(std::is_same_v<A, Here> || std::is_same_v<A, Worker> || std::is_same_v<A, Absent>)
+    void connect_end(std::vector<Tensor>&, std::uint32_t, A*) const
+    {}
     template <class K, class... A>
     void connect_all(std::vector<Tensor>& reads, std::vector<Tensor>& keeps, std::uint32_t tile, machine::Types<A...>) const
     {
@@ -408,8 +403,7 @@ private:
                 for (Direction d : news) {
                     if (contains(L::sends_to, d)) exchange<L>(from, to, d);
                 }
-            else
-                clear_link<L>(read);
+            else clear_link<L>(read);
         };
         (one(machine::Tag<C>{}), ...);
     }
@@ -430,10 +424,8 @@ private:
         };
         if (n > 1) add(sent.slice(down ? 0 : 1, down ? n - 1 : n, axis), arrives.slice(down ? 1 : 0, down ? n : n - 1, axis));
         [[maybe_unused]] std::size_t const other = n - 1 - edge;
-        if constexpr (C::edge == Edge::reflect)
-            add(sent.slice(edge, edge + 1, axis), whole(in_[memory<C>()][index(d)]).slice(edge, edge + 1, axis));
-        else if constexpr (C::edge == Edge::wrap)
-            add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
+        if constexpr (C::edge == Edge::reflect) add(sent.slice(edge, edge + 1, axis), whole(in_[memory<C>()][index(d)]).slice(edge, edge + 1, axis));
+        else if constexpr (C::edge == Edge::wrap) add(sent.slice(edge, edge + 1, axis), arrives.slice(other, other + 1, axis));
     }
 
     /// Writes the votes of all tiles into the run's log. `reads`: the channels whose mail causes another pass.
@@ -450,17 +442,11 @@ private:
             graph_.connect(v["any"], rows_said_[y]);
             graph_.setTileMapping(v, y * grid_.width);
         }
-        auto const end = graph_.addComputeSet("votes" + number);
-        auto const v = graph_.addVertex(end, "tilemesh::vertices::CountPass");
-        graph_.connect(v["said"], rows_said_.flatten());
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["log_at"], RunLog::step(step_));
-        graph_.setInitialValue(v["touched"], links_touched<Program>(typename KernelTraits<K>::Links{}));
-        graph_.setInitialValue(v["reads"], reads);
-        graph_.setTileMapping(v, 0);
         all.add(::poplar::program::Execute(rows));
-        all.add(::poplar::program::Execute(end));
+        all.add(on_tile_0("votes" + number, "CountPass", {{"said", rows_said_.flatten()}, {"log", run_log_}, {"again", again_}},
+                          {{"log_at", RunLog::step(step_)},
+                           {"touched", links_touched<Program>(typename KernelTraits<K>::Links{})},
+                           {"reads", reads}}));
         return all;
     }
     template <class K>
@@ -480,10 +466,8 @@ private:
         void step(Step const& step, std::uint32_t i)
         {
             graph.step_ = i;
-            if constexpr (StepTraits<Step>::everywhere)
-                graph.add_everywhere(step, *to);
-            else
-                graph.add_until_quiet(step, *to);
+            if constexpr (StepTraits<Step>::everywhere) graph.add_everywhere(step, *to);
+            else graph.add_until_quiet(step, *to);
         }
         template <class Part, class Body>
         void loop(Part const&, LoopAt at, Body const& body)
@@ -511,23 +495,13 @@ private:
     };
     ::poplar::program::Execute begin_loop(LoopAt at)
     {
-        auto const set = graph_.addComputeSet("begin loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginLoop");
-        graph_.connect(v["log"], run_log_);
-        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
-        graph_.connect(v["at_most"], bounds_.slice(at.index, at.index + 1));
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("begin loop " + std::to_string(at.index), "BeginLoop",
+                         {{"log", run_log_}, {"at_most", bounds_.slice(at.index, at.index + 1)}}, {{"log_at", RunLog::loop<Program>(at.index)}});
     }
     ::poplar::program::Execute test_loop(LoopAt at)
     {
-        auto const set = graph_.addComputeSet("another round of loop " + std::to_string(at.index));
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestLoop");
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["log_at"], RunLog::loop<Program>(at.index));
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("another round of loop " + std::to_string(at.index), "TestLoop", {{"log", run_log_}, {"again", again_}},
+                         {{"log_at", RunLog::loop<Program>(at.index)}});
     }
     template <class Part>
     ::poplar::program::Execute test_flag()
@@ -535,12 +509,8 @@ private:
         using Parameters = typename StepTraits<Part>::Parameters;
         Parameters const p{};
         auto const at = static_cast<std::size_t>(reinterpret_cast<char const*>(&(p.*StepTraits<Part>::flag)) - reinterpret_cast<char const*>(&p)) / 4;
-        auto const set = graph_.addComputeSet("if a word of " + text<Parameters>());
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::TestFlag");
-        graph_.connect(v["word"], broadcast<Parameters>()[0].slice(at, at + 1));
-        graph_.connect(v["again"], again_);
-        graph_.setTileMapping(v, 0);
-        return ::poplar::program::Execute(set);
+        return on_tile_0("if a word of " + text<Parameters>(), "TestFlag",
+                         {{"word", broadcast<Parameters>()[0].slice(at, at + 1)}, {"again", again_}}, {});
     }
     template <class Step>
     void add_everywhere(Step const& step, Sequence& to)
@@ -548,26 +518,18 @@ private:
         auto const times = StepTraits<Step>::most(step);
         if (times == 0) return;
         auto const pass = counted_pass<KernelOf<Step>>();
-        if (times == 1)
-            to.add(pass);
-        else
-            to.add(::poplar::program::Repeat(times, pass));
+        if (times == 1) to.add(pass);
+        else to.add(::poplar::program::Repeat(times, pass));
     }
     template <class K>
     void add_until_quiet(UntilQuiet<K> const& step, Sequence& to)
     {
         auto const reads = links_read<Program, K>(typename KernelTraits<K>::Links{});
-        auto const set = graph_.addComputeSet("begin (step " + std::to_string(step_) + ")");
-        auto const v = graph_.addVertex(set, "tilemesh::vertices::BeginStep");
-        graph_.connect(v["log"], run_log_);
-        graph_.connect(v["again"], again_);
-        graph_.setInitialValue(v["at_most"], step.at_most);
-        graph_.setInitialValue(v["reads"], reads);
-        graph_.setTileMapping(v, 0);
+        to.add(on_tile_0("begin (step " + std::to_string(step_) + ")", "BeginStep", {{"log", run_log_}, {"again", again_}},
+                         {{"at_most", step.at_most}, {"reads", reads}}));
         Sequence body;
         body.add(pass<K>(Task::if_needed));
         body.add(account<K>(reads));
-        to.add(::poplar::program::Execute(set));
         to.add(::poplar::program::RepeatWhileTrue(Sequence(), again_, body));
     }
 

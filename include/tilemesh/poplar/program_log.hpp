@@ -78,10 +78,8 @@ template <class X>
 constexpr std::uint32_t mix_state(std::uint32_t h) noexcept
 {
     h = mix(h, name_of<X>());
-    if constexpr (is_list<X>)
-        return mix(mix(h, X::static_capacity), X::item_words);
-    else
-        return mix(h, static_cast<std::uint32_t>(sizeof(X)));
+    if constexpr (is_list<X>) return mix(mix(h, X::static_capacity), X::item_words);
+    else return mix(h, static_cast<std::uint32_t>(sizeof(X)));
 }
 template <class... Step, class... S, class... L, class... P>
 constexpr std::uint32_t mark_of(std::uint32_t workers, bool traced, machine::Types<Step...>, machine::Types<S...>, machine::Types<L...>,
@@ -118,9 +116,7 @@ constexpr std::uint32_t said_mail(std::uint32_t channel) noexcept
 template <class Program, class Kernel, class... L>
 constexpr std::uint32_t links_read(machine::Types<L...>) noexcept
 {
-    return (0u | ... | (KernelTraits<Kernel>::template reads<L>
-                            ? 1u << machine::index_in<L>(typename machine::Needs<Program>::Links{})
-                            : 0u));
+    return (0u | ... | (KernelTraits<Kernel>::template reads<L> ? 1u << machine::index_in<L>(typename machine::Needs<Program>::Links{}) : 0u));
 }
 template <class Program, class... L>
 constexpr std::uint32_t links_touched(machine::Types<L...>) noexcept
@@ -139,10 +135,7 @@ enum class Task : std::uint32_t {
 struct RunRectangle {
     static constexpr char const* name = "who runs";
     std::uint32_t x0, y0, x1, y1;
-    TILEMESH_KERNEL constexpr bool contains(std::uint32_t x, std::uint32_t y) const noexcept
-    {
-        return x >= x0 && x < x1 && y >= y0 && y < y1;
-    }
+    TILEMESH_KERNEL constexpr bool contains(std::uint32_t x, std::uint32_t y) const noexcept { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
 }}} // namespace tilemesh::on_poplar

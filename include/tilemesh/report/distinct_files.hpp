@@ -3,13 +3,11 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <new>
 #include <set>
 #include <string>
 #include <sys/stat.h>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -79,8 +77,7 @@ private:
 
     /// The names in `folder` that `is_written` accepts, in lower-case ASCII. Names that differ in capital letters only are one name.
     TILEMESH_HOST static std::set<std::string> written_names(std::filesystem::path const& folder,
-                                                             std::function<bool(std::string const&)> const& is_written,
-                                                             std::string const& remedy);
+                                                             std::function<bool(std::string const&)> const& is_written, std::string const& remedy);
 
     TILEMESH_HOST void check_content(Target const& target) const;
     /// The place to which `write_whole` writes the file.

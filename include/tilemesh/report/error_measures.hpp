@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/report/image.hpp>
 

@@ -1,9 +1,7 @@
 #pragma once
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <utility>
 #include <vector>
@@ -39,15 +38,6 @@ struct HtmlFrame {
 
 /// Is a part that the reader can fold away open at first?
 enum class HtmlFold { open, closed };
-
-namespace detail {
-/// The style sheet has rules for words in this many columns of a table.
-inline constexpr std::size_t most_left_columns = 16;
-/// Does a table's cell hold a number: digits with signs, separators or a percent sign?
-TILEMESH_HOST bool is_number_cell(std::string_view cell) noexcept;
-/// The style sheet of a report.
-TILEMESH_HOST std::string html_style();
-} // namespace detail
 
 /// A report as one HTML file that needs no other file: pictures are inside, there is no script, and a content security policy forbids
 /// the browser any network access. It is light or dark, as the reader's browser prefers, and fits windows of 400 pixels, projectors
@@ -88,8 +78,7 @@ public:
     /// sentences (a cell of more than 32 bytes) has room for some words per line, and a line feed in it starts a new line. If the last of at
     /// most four columns has sentences, a narrow window shows them below the row's other cells. A row must have one cell per header,
     /// otherwise it throws `Error`.
-    TILEMESH_HOST HtmlReport& table(std::vector<std::string> const& headers,
-                                    std::span<std::vector<std::string> const> rows);
+    TILEMESH_HOST HtmlReport& table(std::vector<std::string> const& headers, std::span<std::vector<std::string> const> rows);
 
     /// Adds a diagram that `svg` of plot.hpp or stacked_bars.hpp made. Its ids become unique in the report, and its name space is
     /// left out, because HTML knows it. Throws `Error` for a text that is no SVG document, and for a document with an element that

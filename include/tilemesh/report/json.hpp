@@ -35,118 +35,86 @@ inline std::string digits(double value)
     return nlohmann::ordered_json(value).dump();
 }
 
-inline void write(JsonText& json, ErrorMeasures const& e)
+/// Writes a value, or null in its place.
+template <class T>
+void write_or_null(JsonText& json, std::string_view name, bool there, T const& value)
 {
-    json.object([&] {
-        for (auto const& [name, value] : {std::pair("rmse", e.rmse), std::pair("max_levels", e.max_levels), std::pair("p999_levels", e.p999_levels),
-                                          std::pair("psnr_db", e.psnr_db), std::pair("ssim", e.ssim)}) {
-            json.member(name, value);
-        }
+    json.key(name);
+    if (there) json.value(value);
+    else json.value(nullptr);
+}
+
+inline void write(JsonText& json, std::string_view name, ErrorMeasures const& e)
+{
+    json.object(name, [&] {
+        json.member("rmse", e.rmse);
+        json.member("max_levels", e.max_levels);
+        json.member("p999_levels", e.p999_levels);
+        json.member("psnr_db", e.psnr_db);
+        json.member("ssim", e.ssim);
     });
 }
 
 /// The measures are null if the pictures were not compared.
-inline void write(JsonText& json, Comparison const& other)
+inline void write(JsonText& json, std::string_view name, Comparison const& other)
 {
-    auto const text = [&](std::string_view name, std::string const& value) {
-        json.key(name);
-        if (value.empty()) json.value(nullptr);
-        else json.value(value);
-    };
-    json.object([&] {
+    json.object(name, [&] {
         json.member("file", other.file);
-        text("problem", other.problem);
+        write_or_null(json, "problem", !other.problem.empty(), other.problem);
         bool const compared = other.problem.empty();
         auto const& m = other.measures;
-        for (auto const& [name, value] :
-             {std::pair("psnr_db", m.psnr_db), std::pair("ssim", m.ssim), std::pair("l1", m.l1), std::pair("largest", m.largest)}) {
-            json.member(name, compared ? value : std::numeric_limits<double>::quiet_NaN());
-        }
+        write_or_null(json, "psnr_db", compared, m.psnr_db);
+        write_or_null(json, "ssim", compared, m.ssim);
+        write_or_null(json, "l1", compared, m.l1);
+        write_or_null(json, "largest", compared, m.largest);
         if (compared) json.list("largest_at", m.largest_at);
         else json.member("largest_at", nullptr);
-        text("error", other.error);
+        write_or_null(json, "error", !other.error.empty(), other.error);
     });
 }
 
-inline void write(JsonText& json, PixelCause const& cause)
+inline void write(JsonText& json, std::string_view name, Certificate const& c)
 {
-    json.object([&] {
-        json.member("word", cause.word);
-        for (auto const& [name, id] : {std::pair("id", cause.id), std::pair("other_id", cause.other_id)}) {
-            json.key(name);
-            if (id != 0) json.value(id);
-            else json.value(nullptr);
-        }
-        json.member("left_levels", cause.left);
-    });
-}
-
-inline void write(JsonText& json, Certificate const& c)
-{
-    json.object([&] {
-        for (auto const& [name, value] : {std::pair("largest_levels", c.largest), std::pair("p99_levels", c.p99),
-                                          std::pair("median_levels", c.median), std::pair("widest_interval_levels", c.widest)}) {
-            json.member(name, value);
-        }
-        for (auto const& [name, count] :
-             {std::pair("pixels_beyond", c.beyond), std::pair("pixels_in_100_bits", c.in_wide), std::pair("pixels_undecided", c.undecided)}) {
-            json.member(name, count);
-        }
+    json.object(name, [&] {
+        json.member("largest_levels", c.largest);
+        json.member("p99_levels", c.p99);
+        json.member("median_levels", c.median);
+        json.member("widest_interval_levels", c.widest);
+        json.member("pixels_beyond", c.beyond);
+        json.member("pixels_in_100_bits", c.in_wide);
+        json.member("pixels_undecided", c.undecided);
         json.list("ids_not_enclosed", c.not_enclosed);
-        for (auto const& [name, plane] : {std::pair("depth", &c.depth), std::pair("alpha", &c.alpha)}) {
-            if (!*plane) continue;
-            json.key(name);
-            auto const& of_plane = **plane;
-            json.object([&] {
-                json.member("largest", of_plane.largest);
-                json.member("p99", of_plane.p99);
-                json.member("median", of_plane.median);
+        auto const plane = [&](std::string_view which, std::optional<Certificate::OfPlane> const& of) {
+            if (!of) return;
+            json.object(which, [&] {
+                json.member("largest", of->largest);
+                json.member("p99", of->p99);
+                json.member("median", of->median);
             });
-        }
-        json.key("causes");
-        json.array([&] {
-            for (auto const& [word, pixels] : c.causes) {
-                json.item();
-                json.object([&, &w = word, &n = pixels] {
-                    json.member("word", w);
-                    json.member("pixels", n);
-                });
-            }
+        };
+        plane("depth", c.depth);
+        plane("alpha", c.alpha);
+        json.objects("causes", c.causes, [&](auto const& cause) {
+            json.member("word", cause.first);
+            json.member("pixels", cause.second);
         });
-        json.key("worst");
-        json.array([&] {
-            for (auto const& pixel : c.worst) {
-                json.item();
-                json.object([&] {
-                    json.list("pixel", std::array{pixel.x, pixel.y});
-                    json.member("levels", pixel.levels);
-                    json.key("cause");
-                    write(json, pixel.cause);
-                });
-            }
+        json.objects("worst", c.worst, [&](Certificate::Pixel const& pixel) {
+            json.list("pixel", std::array{pixel.x, pixel.y});
+            json.member("levels", pixel.levels);
+            json.object("cause", [&, &cause = pixel.cause] {
+                json.member("word", cause.word);
+                write_or_null(json, "id", cause.id != 0, cause.id);
+                write_or_null(json, "other_id", cause.other_id != 0, cause.other_id);
+                json.member("left_levels", cause.left);
+            });
         });
-    });
-}
-
-inline void write(JsonText& json, Loss const& loss)
-{
-    json.object([&] {
-        bool const whole = loss.tile == Loss::whole;
-        auto const tile = whole ? loss.full_tile : loss.tile;
-        json.member("id", static_cast<std::uint32_t>(loss.id));
-        json.member("what", whole ? "record" : "copy");
-        json.member("cause", to_string(loss.cause));
-        json.key("tile");
-        if (tile != Loss::whole) json.value(tile);
-        else json.value(nullptr);
     });
 }
 
 inline void write(JsonText& json, ReportField const& field, std::string_view name, FrameReport const& r)
 {
-    json.key(name);
-    if (field.exact()) json.value(field.count(r));
-    else json.value(field.milliseconds(r));
+    if (field.exact()) json.member(name, field.count(r));
+    else json.member(name, field.milliseconds(r));
 }
 
 inline std::string text_of(RunFrame const& frame)
@@ -156,9 +124,7 @@ inline std::string text_of(RunFrame const& frame)
     json.object([&] {
         json.member("camera", r.camera);
         json.member("program", to_string(r.program));
-        if (frame.timestamp_s) {
-            json.member("timestamp_s", *frame.timestamp_s);
-        }
+        if (frame.timestamp_s) json.member("timestamp_s", *frame.timestamp_s);
         if (frame.view) {
             json.list("intrinsics_px", frame.view->intrinsics_px);
             json.member_as_is("world_to_camera", matrix_text(frame.view->world_to_camera, digits));
@@ -182,89 +148,48 @@ inline std::string text_of(RunFrame const& frame)
             }
             auto const of_group = [&](auto const& other) { return other.group() == group; };
             if (std::find_if(std::begin(report_fields), field, of_group) != field) continue; // written with the first of its group
-            json.key(group);
-            json.object([&] {
+            json.object(group, [&] {
                 for (auto const& other : report_fields)
                     if (of_group(other)) write(json, other, other.leaf(), r);
             });
-            if (group == "losses" && r.full_tiles) {
-                json.key("full_tiles");
-                json.object([&] {
+            if (group == "losses" && r.full_tiles)
+                json.object("full_tiles", [&] {
                     json.member("count", r.full_tiles->count);
                     json.member("fullest", r.full_tiles->fullest);
                     json.member("slots_needed", r.full_tiles->slots_needed);
                     json.member("slots_available", r.full_tiles->slots_available);
                 });
-            }
         }
-        if (frame.modelled) {
-            json.key("modelled");
-            json.object([&] {
+        if (frame.modelled)
+            json.object("modelled", [&] {
                 json.member("cost_model", frame.modelled->cost_model);
                 json.member("cycles", frame.modelled->cycles);
                 json.member("ms", frame.modelled->ms);
             });
-        }
-        if (frame.error) {
-            json.key("error");
-            write(json, *frame.error);
-        }
-        if (frame.error_same_cuts) {
-            json.key("error_same_cuts");
-            write(json, *frame.error_same_cuts);
-        }
-        if (frame.certified) {
-            json.key("certified");
-            write(json, *frame.certified);
-        }
-        if (frame.compared_certified) {
-            json.key("compared_certified");
-            write(json, *frame.compared_certified);
-        }
-        if (frame.photograph) {
-            json.key("photograph");
-            write(json, *frame.photograph);
-        }
-        if (frame.compared) {
-            json.key("compared");
-            write(json, *frame.compared);
-        }
-        if (!r.unfinished.empty()) {
-            json.key("unfinished");
-            json.array([&] {
-                for (auto const& cut : r.unfinished) {
-                    json.item();
-                    json.object([&] {
-                        json.member("tile", cut.tile);
-                        json.member("depth", double{cut.depth});
-                    });
-                }
+        auto const measured = [&](std::string_view name, auto const& measures) {
+            if (measures) write(json, name, *measures);
+        };
+        measured("error", frame.error);
+        measured("error_same_cuts", frame.error_same_cuts);
+        measured("certified", frame.certified);
+        measured("compared_certified", frame.compared_certified);
+        measured("photograph", frame.photograph);
+        measured("compared", frame.compared);
+        if (!r.unfinished.empty())
+            json.objects("unfinished", r.unfinished, [&](UnfinishedTile const& cut) {
+                json.member("tile", cut.tile);
+                json.member("depth", double{cut.depth});
             });
-        }
-        json.key("lost"); // last: it may be long
-        json.array([&] {
-            for (auto const& loss : r.lost) {
-                json.item();
-                write(json, loss);
-            }
+        json.objects("lost", r.lost, [&](Loss const& loss) { // last: it may be long
+            bool const whole = loss.tile == Loss::whole;
+            auto const tile = whole ? loss.full_tile : loss.tile;
+            json.member("id", static_cast<std::uint32_t>(loss.id));
+            json.member("what", whole ? "record" : "copy");
+            json.member("cause", to_string(loss.cause));
+            write_or_null(json, "tile", tile != Loss::whole, tile);
         });
     });
     return json.text();
-}
-
-inline void write(JsonText& json, std::vector<machine::Region> const& ledger)
-{
-    json.array([&] {
-        for (auto const& region : ledger) {
-            json.item();
-            json.object([&] {
-                json.member("region", std::string_view(region.name.text, region.name.size));
-                json.member("bytes", region.bytes);
-                json.member("what", region.what);
-                json.member("budgeted", region.budgeted);
-            });
-        }
-    });
 }
 
 inline void write_machine(JsonText& json, RunReport const& run)
@@ -275,7 +200,7 @@ inline void write_machine(JsonText& json, RunReport const& run)
     };
     std::uint64_t budgeted = 0, outside = 0;
     for (auto const& region : run.machine.ledger) (region.budgeted ? budgeted : outside) += region.bytes;
-    json.object([&] {
+    json.object("machine", [&] {
         json.member("name", run.machine.name);
         size("grid", [](RunFrame const& frame) { return frame.grid; });
         size("tile_px", [](RunFrame const& frame) { return frame.tile_px; });
@@ -283,12 +208,15 @@ inline void write_machine(JsonText& json, RunReport const& run)
         json.member("storage_slots", run.machine.storage_slots);
         json.member("channel_slots", run.machine.channel_slots);
         json.member("budgeted_bytes", budgeted);
-        json.key("ledger");
-        write(json, run.machine.ledger);
+        json.objects("ledger", run.machine.ledger, [&](machine::Region const& region) {
+            json.member("region", std::string_view(region.name.text, region.name.size));
+            json.member("bytes", region.bytes);
+            json.member("what", region.what);
+            json.member("budgeted", region.budgeted);
+        });
         if (outside != 0)
             json.member("note", "regions with budgeted = false, " + std::to_string(outside) +
-                                    " bytes, are lists that our kernels keep and that the budget of preset " + run.preset +
-                                    " has no room for");
+                                    " bytes, are lists that our kernels keep and that the budget of preset " + run.preset + " has no room for");
     });
 }
 
@@ -300,23 +228,17 @@ inline std::string text_of_head(RunReport const& run)
         json.member("schema", report_schema);
         json.member("version", std::to_string(TILEMESH_VERSION / 10000) + "." + std::to_string(TILEMESH_VERSION / 100 % 100) + "." +
                                    std::to_string(TILEMESH_VERSION % 100));
-        json.key("map");
-        json.object([&] {
+        json.object("map", [&] {
             json.member("name", run.map.name);
-            json.key("path");
-            if (run.map.path.empty()) json.value(nullptr);
-            else json.value(run.map.path);
+            write_or_null(json, "path", !run.map.path.empty(), run.map.path);
             json.member("gaussians", run.map.gaussians);
             json.member("rejected", run.map.rejected);
             json.list("notes", run.map.notes);
         });
-        json.key("machine");
         write_machine(json, run);
         json.member("preset", run.preset);
         json.member("program", to_string(run.program));
-        json.key("policies");
-        json.object([&] {
-            auto const& p = run.policies;
+        json.object("policies", [&, &p = run.policies] {
             json.member("routing", p.routing);
             json.member("addressing", p.addressing);
             json.member("saturation", p.saturation);
@@ -324,84 +246,53 @@ inline std::string text_of_head(RunReport const& run)
             json.member("copies", p.copies);
             json.member("pixels", p.pixels);
             json.member("arithmetic", p.arithmetic);
-            json.key("hops");
-            if (p.hops == 0) json.value("quiet");
-            else json.value(p.hops);
-            json.key("rounds");
-            if (p.rounds == 0) json.value("all");
-            else json.value(p.rounds);
+            if (p.hops == 0) json.member("hops", "quiet");
+            else json.member("hops", p.hops);
+            if (p.rounds == 0) json.member("rounds", "all");
+            else json.member("rounds", p.rounds);
         });
         json.member("quality", run.quality);
-        json.key("cut_offs");
-        json.object([&] {
-            for (auto const& [name, value] : {std::pair("alpha_min", run.cut_offs.alpha_min),
-                                              std::pair("transmittance_min", run.cut_offs.transmittance_min),
-                                              std::pair("alpha_max", run.cut_offs.alpha_max)}) {
-                json.member(name, double{value});
-            }
+        json.object("cut_offs", [&] {
+            json.member("alpha_min", double{run.cut_offs.alpha_min});
+            json.member("transmittance_min", double{run.cut_offs.transmittance_min});
+            json.member("alpha_max", double{run.cut_offs.alpha_max});
         });
-        json.key("background");
-        json.array([&] {
-            for (float const channel : run.background) {
-                json.item();
-                json.value(double{channel});
-            }
-        });
-        json.key("setup");
-        json.object([&] {
+        json.array("background", run.background, [&](float channel) { json.value(double{channel}); });
+        json.object("setup", [&] {
             for (auto const& field : run.setup) {
-                json.key(field.name);
-                if (!field.word.empty()) json.value(field.word);
-                else if (field.number == std::floor(field.number)) json.value(static_cast<std::uint64_t>(field.number));
-                else json.value(field.number);
+                if (!field.word.empty()) json.member(field.name, field.word);
+                else if (field.number == std::floor(field.number)) json.member(field.name, static_cast<std::uint64_t>(field.number));
+                else json.member(field.name, field.number);
             }
         });
-        json.key("features");
-        json.array([&] {
-            for (auto const& feature : run.features) {
-                json.item();
-                json.object([&] {
-                    json.member("feature", feature.name);
-                    json.member("kept", feature.kept);
-                    json.member("why", feature.why);
-                });
-            }
+        json.objects("features", run.features, [&](RunReport::Feature const& feature) {
+            json.member("feature", feature.name);
+            json.member("kept", feature.kept);
+            json.member("why", feature.why);
         });
         json.member("engine", run.engine);
         json.member("threads", run.threads);
         if (run.ranks > 1) json.member("ranks", run.ranks);
-        if (!run.made_from.version.empty()) {
-            json.key("made_from");
-            json.object([&] {
+        if (!run.made_from.version.empty())
+            json.object("made_from", [&] {
                 json.member("version", run.made_from.version);
                 json.list("options", run.made_from.options);
-                json.key("files");
-                json.array([&] {
-                    for (auto const& file : run.made_from.files) {
-                        json.item();
-                        json.object([&] {
-                            json.member("path", file.path);
-                            json.member("bytes", file.bytes);
-                            json.member("digest", file.digest);
-                        });
-                    }
+                json.objects("files", run.made_from.files, [&](MadeFrom::File const& file) {
+                    json.member("path", file.path);
+                    json.member("bytes", file.bytes);
+                    json.member("digest", file.digest);
                 });
             });
-        }
-        if (auto const means = photograph_means(run); means.compared + means.not_compared != 0) {
-            json.key("photographs");
-            json.object([&] {
+        if (auto const means = photograph_means(run); means.compared + means.not_compared != 0)
+            json.object("photographs", [&] {
                 json.member("compared", means.compared);
                 json.member("not_compared", means.not_compared);
-                for (auto const& [name, value] : {std::pair("psnr_db", means.psnr_db), std::pair("ssim", means.ssim), std::pair("l1", means.l1)}) {
-                    json.member(name, value);
-                }
+                json.member("psnr_db", means.psnr_db);
+                json.member("ssim", means.ssim);
+                json.member("l1", means.l1);
             });
-        }
         json.list("notes", run.notes);
-        json.key("advice");
-        if (run.advice.empty()) json.value(nullptr);
-        else json.value(run.advice);
+        write_or_null(json, "advice", !run.advice.empty(), run.advice);
     });
     return json.text();
 }

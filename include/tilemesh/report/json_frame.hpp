@@ -93,8 +93,7 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
                               whole ? tile : Loss::whole});
         }
         if (json.contains("unfinished"))
-            for (auto const& cut : json.at("unfinished"))
-                r.unfinished.push_back({cut.at("tile").get<std::uint32_t>(), cut.at("depth").get<float>()});
+            for (auto const& cut : json.at("unfinished")) r.unfinished.push_back({cut.at("tile").get<std::uint32_t>(), cut.at("depth").get<float>()});
         for (auto const& field : report_fields)
             if (field.group() == "losses" && json.at("losses").at(std::string(field.leaf())).get<std::uint64_t>() != field.count(r))
                 throw Error("a frame of a report has other " + std::string(field.name) + " than its list `lost`; write the report again");

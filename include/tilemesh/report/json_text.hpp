@@ -20,9 +20,7 @@ class JsonText {
 public:
     /// `indent`: blanks for each level, and a line for each member and item; 0: all in one line. `number`: the text of a finite
     /// number.
-    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number)
-    {
-    }
+    explicit JsonText(std::size_t indent = 1, std::string (*number)(double) = number_text) : indent_(indent), number_(number) {}
 
     /// Writes a number, a truth value, nullptr or a text. JSON has no number that is not finite: it becomes null.
     template <class T>
@@ -71,16 +69,35 @@ public:
     {
         nest('[', ']', write);
     }
-    template <class Scalars>
-    void list(std::string_view name, Scalars const& scalars)
+    /// Writes a member that is an object.
+    template <class Write>
+    void object(std::string_view name, Write const& write)
+    {
+        key(name);
+        object(write);
+    }
+    /// Writes a member that is an array; `write(x)` writes the value of the item for each x of `items`.
+    template <class Items, class Write>
+    void array(std::string_view name, Items const& items, Write const& write)
     {
         key(name);
         array([&] {
-            for (auto const& scalar : scalars) {
+            for (auto const& each : items) {
                 item();
-                value(scalar);
+                write(each);
             }
         });
+    }
+    /// Writes a member that is an array of objects; `write(x)` writes the members of one.
+    template <class Items, class Write>
+    void objects(std::string_view name, Items const& items, Write const& write)
+    {
+        array(name, items, [&](auto const& each) { object([&] { write(each); }); });
+    }
+    template <class Scalars>
+    void list(std::string_view name, Scalars const& scalars)
+    {
+        array(name, scalars, [&](auto const& scalar) { value(scalar); });
     }
     std::string const& text() const noexcept { return text_; }
 

@@ -22,8 +22,7 @@ struct NothingMissing {
 ///
 /// `gaussians` is a range of records of any degree.
 template <class Records = std::span<splat::Gaussian const>, class Missing = NothingMissing>
-Image render_naive(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules,
-                   Missing const& missing = {})
+Image render_naive(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules, Missing const& missing = {})
 {
     auto const view = splat::make_view(camera, rules);
     auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);

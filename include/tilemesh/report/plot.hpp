@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/number_text.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -52,72 +45,6 @@ struct Plot {
     std::uint32_t width = 800, height = 420; ///< size of the whole picture in pixels; at least 320 x 200
     bool equal_units = false;                ///< a unit is as long on both axes, which are linear; their limits follow from the points
 };
-
-namespace detail {
-
-/// The palette of Okabe and Ito (2008), black first.
-inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00", "#56b4e9", "#009e73",
-                                                            "#0072b2", "#d55e00", "#cc79a7", "#999999"};
-
-/// A number as plain decimals, without a locale.
-TILEMESH_HOST std::string plot_number(double value, int decimals);
-TILEMESH_HOST std::string plot_text(std::string_view text);
-
-struct PlotTick {
-    double at;
-    std::string text;
-};
-
-/// Maps a range of values to a range of pixels.
-class PlotRange {
-public:
-    TILEMESH_HOST PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px,
-                            double to_px);
-    TILEMESH_HOST double px(double value) const;
-    bool has(double value) const { return !log_ || value > 0; }
-    std::vector<PlotTick> const& ticks() const { return ticks_; }
-
-private:
-    [[noreturn]] TILEMESH_HOST static void refuse(char const* which, char const* why);
-    /// About five ticks, at steps of 1, 2 or 5 times a power of ten.
-    TILEMESH_HOST void linear_ticks(bool widen_low, bool widen_high);
-    /// A tick at every power of ten. If these are few, also at 2 and 5 times each power, or at all whole multiples, or at linear steps.
-    TILEMESH_HOST void log_ticks();
-
-    bool log_;
-    double from_px_, to_px_, low_ = 0, high_ = 0;
-    std::vector<PlotTick> ticks_;
-};
-
-/// A place in tenths of a pixel: places that look the same are equal.
-using PlotPlace = std::array<long, 2>;
-TILEMESH_HOST std::string place_text(PlotPlace const& at);
-
-/// For each piece of line and each dot of a plot: the series that draw it, in order.
-struct PlotShares {
-    using Piece = std::array<PlotPlace, 2>;
-    using Owners = std::vector<std::size_t>; ///< indices of series, in order
-    std::map<Piece, Owners> lines;
-    std::map<PlotPlace, Owners> dots;
-    /// Adds a series to the owners of a piece or dot. A piece that a series draws twice counts once.
-    template <class Key>
-    static void own(std::map<Key, Owners>& of, Key const& key, std::size_t series)
-    {
-        auto& owners = of[key];
-        if (owners.empty() || owners.back() != series) owners.push_back(series);
-    }
-    /// The number of owners of a piece or dot, and the number of owners before this series.
-    template <class Key>
-    static std::array<std::size_t, 2> share(std::map<Key, Owners> const& of, Key const& key, std::size_t series)
-    {
-        auto const found = of.find(key);
-        if (found == of.end()) return {1, 0};
-        auto const& owners = found->second;
-        return {owners.size(), static_cast<std::size_t>(std::find(owners.begin(), owners.end(), series) - owners.begin())};
-    }
-};
-
-} // namespace detail
 
 /// The plot as a complete SVG document on white: no script, no style sheet, and only the reader's sans-serif font. Equal plots give equal
 /// text. Throws `Error` for a picture under 320 x 200, bounds that are not finite or not in order, an x that is not finite, and a value of

@@ -71,15 +71,13 @@ std::array<double, 3> colour_seen(Record const& gaussian, splat::Camera const& c
     std::array<double, 3> colour{gaussian.colour[0], gaussian.colour[1], gaussian.colour[2]};
     if constexpr (Record::sh_degree > 0) {
         std::array<double, 3> d{};
-        for (std::size_t i = 0; i < 3; ++i)
-            d[i] = double{gaussian.mean_world[i]} - camera.position[i];
+        for (std::size_t i = 0; i < 3; ++i) d[i] = double{gaussian.mean_world[i]} - camera.position[i];
         double const length = std::hypot(d[0], d[1], d[2]);
         std::size_t k = 0;
         for (int l = 1; l <= static_cast<int>(Record::sh_degree); ++l)
             for (int m = -l; m <= l; ++m, ++k) {
                 double const basis = harmonic(l, m, d[0] / length, d[1] / length, d[2] / length);
-                for (std::size_t c = 0; c < 3; ++c)
-                    colour[c] += basis * double{gaussian.harmonics[3 * k + c]};
+                for (std::size_t c = 0; c < 3; ++c) colour[c] += basis * double{gaussian.harmonics[3 * k + c]};
             }
         for (double& c : colour) c = std::isnan(c) ? c : std::max(c, 0.0);
     }
@@ -110,8 +108,7 @@ TILEMESH_HOST ReferenceSpan common(ReferenceSpan const& a, ReferenceSpan const& 
 /// Projects a Gaussian onto the screen; empty if it cannot be seen. Of the model it uses the dilation, the Jacobian's limit and the near
 /// plane.
 template <class Record>
-std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera,
-                                                splat::Rules const& rules, CutOffs const& cuts)
+std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::Camera const& camera, splat::Rules const& rules, CutOffs const& cuts)
 {
     // View space: R (p - c).
     Matrix3 world_to_view{};
@@ -151,9 +148,7 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
         slope_x = std::max(-limit_x, std::min(limit_x, slope_x));
         slope_y = std::max(-limit_y, std::min(limit_y, slope_y));
     }
-    Matrix3 jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z},
-                      {0.0, camera.fy / z, -camera.fy * slope_y / z},
-                      {0.0, 0.0, 0.0}}};
+    Matrix3 jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z}, {0.0, camera.fy / z, -camera.fy * slope_y / z}, {0.0, 0.0, 0.0}}};
     for (std::size_t i = 0; bends && i < 2; ++i)
         for (std::size_t j = 0; j < 3; ++j) jacobian[i][j] = point.by[i][j];
     auto const to_screen = jacobian * world_to_view;
@@ -162,8 +157,7 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     double const xy = covariance[0][1];
     double const yy = covariance[1][1] + rules.dilation;
     double const determinant = xx * yy - xy * xy;
-    if (!(xx > 0.0 && yy > 0.0 && determinant > 0.0 && std::isfinite(determinant)))
-        return std::nullopt;
+    if (!(xx > 0.0 && yy > 0.0 && determinant > 0.0 && std::isfinite(determinant))) return std::nullopt;
 
     ReferenceSplat splat{};
     splat.depth = z;
@@ -178,8 +172,7 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
         double const sharp = covariance[0][0] * covariance[1][1] - xy * xy;
         splat.opacity = std::min(splat.opacity, 1.0) * std::sqrt(std::max(0.000025, sharp / determinant));
     }
-    bool finite =
-        std::isfinite(splat.mean_x) && std::isfinite(splat.mean_y) && std::isfinite(splat.opacity);
+    bool finite = std::isfinite(splat.mean_x) && std::isfinite(splat.mean_y) && std::isfinite(splat.opacity);
     splat.colour = colour_seen(gaussian, camera);
     for (std::size_t i = 0; i < 3; ++i) {
         finite = finite && std::isfinite(splat.colour[i]);
@@ -223,37 +216,29 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
 }
 
 /// Blends splats, nearest first, into the rows [begin, end) of `rgb` (3 * width doubles a row).
-TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin,
-                                        std::uint32_t end, std::uint32_t width, CutOffs const& cuts, std::span<double> rgb,
-                                        std::span<double> transmittance) noexcept;
+TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin, std::uint32_t end, std::uint32_t width,
+                                        CutOffs const& cuts, std::span<double> rgb, std::span<double> transmittance) noexcept;
 
 } // namespace detail
 
 /// The picture of `render_double` before it is rounded to float: 3 * width * height doubles, row by row from the top left.
 template <class Records = std::span<splat::Gaussian const>>
-std::vector<double> render_double_unrounded(Records const& gaussians,
-                                            splat::Camera const& camera, splat::Rules const& rules,
-                                            CutOffs const& cuts, unsigned threads = 1)
+std::vector<double> render_double_unrounded(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules, CutOffs const& cuts,
+                                            unsigned threads = 1)
 {
     std::vector<detail::ReferenceSplat> splats;
     for (auto const& gaussian : gaussians)
-        if (auto const splat = detail::project_reference(gaussian, camera, rules, cuts))
-            splats.push_back(*splat);
-    std::stable_sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) {
-        return a.depth != b.depth ? a.depth < b.depth : a.id < b.id;
-    });
+        if (auto const splat = detail::project_reference(gaussian, camera, rules, cuts)) splats.push_back(*splat);
+    std::stable_sort(splats.begin(), splats.end(), [](auto const& a, auto const& b) { return a.depth != b.depth ? a.depth < b.depth : a.id < b.id; });
 
     auto const pixels = std::size_t{camera.width} * camera.height;
     std::vector<double> rgb(3 * pixels, 0.0);
     std::vector<double> transmittance(pixels, 1.0);
     {
         auto const bands = std::max(1u, std::min(threads, camera.height));
-        auto const border = [&](unsigned band) {
-            return static_cast<std::uint32_t>(std::uint64_t{camera.height} * band / bands);
-        };
+        auto const border = [&](unsigned band) { return static_cast<std::uint32_t>(std::uint64_t{camera.height} * band / bands); };
         auto const blend = [&](unsigned band) noexcept {
-            detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width, cuts,
-                                         rgb, transmittance);
+            detail::blend_reference_rows(splats, border(band), border(band + 1), camera.width, cuts, rgb, transmittance);
         };
         JoinedThreads workers;
         for (unsigned band = 1; band < bands; ++band) workers.start(blend, band);
@@ -265,14 +250,10 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 
 /// The same picture with the cut-offs of the model (`Cuts::same`), or with no cut-off except `skip_below` (`Cuts::none`).
 template <class Records = std::span<splat::Gaussian const>>
-std::vector<double> render_double_unrounded(Records const& gaussians,
-                                            splat::Camera const& camera, splat::Rules const& rules,
-                                            Cuts cuts, unsigned threads = 1,
-                                            double skip_below = 1e-12)
+std::vector<double> render_double_unrounded(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules, Cuts cuts,
+                                            unsigned threads = 1, double skip_below = 1e-12)
 {
-    return render_double_unrounded(gaussians, camera, rules,
-                                   cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below),
-                                   threads);
+    return render_double_unrounded(gaussians, camera, rules, cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below), threads);
 }
 
 /// Renders the picture that the model defines, in double from the float32 records. It is slow and simple, and it uses other formulas than
@@ -292,13 +273,11 @@ std::vector<double> render_double_unrounded(Records const& gaussians,
 ///
 /// `gaussians` is a range of records of any degree. Harmonics are evaluated by their definition.
 template <class Records = std::span<splat::Gaussian const>>
-Image render_double(Records const& gaussians, splat::Camera const& camera,
-                    splat::Rules const& rules, CutOffs const& cuts, unsigned threads = 1)
+Image render_double(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules, CutOffs const& cuts, unsigned threads = 1)
 {
     auto const rgb = render_double_unrounded(gaussians, camera, rules, cuts, threads);
     Image image{camera.width, camera.height};
-    std::transform(rgb.begin(), rgb.end(), image.rgb.begin(),
-                   [](double value) { return static_cast<float>(value); });
+    std::transform(rgb.begin(), rgb.end(), image.rgb.begin(), [](double value) { return static_cast<float>(value); });
     return image;
 }
 
@@ -306,12 +285,10 @@ Image render_double(Records const& gaussians, splat::Camera const& camera,
 ///
 /// `skip_below`, with `Cuts::none` only: terms with a smaller alpha are left out. 0 leaves out no term and costs splats x pixels.
 template <class Records = std::span<splat::Gaussian const>>
-Image render_double(Records const& gaussians, splat::Camera const& camera,
-                    splat::Rules const& rules, Cuts cuts, unsigned threads = 1,
+Image render_double(Records const& gaussians, splat::Camera const& camera, splat::Rules const& rules, Cuts cuts, unsigned threads = 1,
                     double skip_below = 1e-12)
 {
-    return render_double(gaussians, camera, rules,
-                         cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below), threads);
+    return render_double(gaussians, camera, rules, cuts == Cuts::same ? cut_offs(rules) : no_cut_offs(skip_below), threads);
 }
 
 }}} // namespace tilemesh::report

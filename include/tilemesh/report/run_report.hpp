@@ -130,10 +130,22 @@ struct PhotographMeans {
     std::uint64_t compared = 0, not_compared = 0;
     double psnr_db = 0, ssim = 0, l1 = 0;
 };
-TILEMESH_HOST PhotographMeans photograph_means(RunReport const& run);
+inline PhotographMeans photograph_means(RunReport const& run)
+{
+    PhotographMeans means;
+    for (auto const& frame : run.frames) {
+        if (!frame.photograph) continue;
+        if (!frame.photograph->problem.empty()) {
+            ++means.not_compared;
+            continue;
+        }
+        ++means.compared;
+        means.psnr_db += frame.photograph->measures.psnr_db;
+        means.ssim += frame.photograph->measures.ssim;
+        means.l1 += frame.photograph->measures.l1;
+    }
+    for (auto* const sum : {&means.psnr_db, &means.ssim, &means.l1}) *sum /= static_cast<double>(means.compared);
+    return means;
+}
 
 }}} // namespace tilemesh::report
-
-#if !defined(TILEMESH_COMPILED)
-#include <tilemesh/report/detail/run_report_code.hpp>
-#endif

@@ -12,7 +12,11 @@ namespace tilemesh { inline namespace v0_2 { namespace report {
 /// buffer of libc++ swallows the exception.
 class StringStream : public std::ostream {
 public:
-    TILEMESH_HOST StringStream();
+    StringStream() : std::ostream(nullptr)
+    {
+        rdbuf(&buffer_);
+        exceptions(std::ios::badbit);
+    }
     std::string const& str() const noexcept { return buffer_.text; }
 
 private:
@@ -35,7 +39,3 @@ private:
 };
 
 }}} // namespace tilemesh::report
-
-#if !defined(TILEMESH_COMPILED)
-#include <tilemesh/report/detail/string_stream_code.hpp>
-#endif

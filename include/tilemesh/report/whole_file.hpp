@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <fcntl.h>
 #include <filesystem>
-#include <new>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +11,6 @@
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <unistd.h>
-#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -44,8 +42,7 @@ TILEMESH_HOST std::error_code sync_folder(std::filesystem::path const& folder);
 class WholeFile {
 public:
     /// `room` is the disk space that an error asks for, in words.
-    TILEMESH_HOST WholeFile(std::filesystem::path const& path, std::string const& room,
-                            Outlasts outlasts = Outlasts::process);
+    TILEMESH_HOST WholeFile(std::filesystem::path const& path, std::string const& room, Outlasts outlasts = Outlasts::process);
     /// An open stream, which the caller closes. `what` and `remedy` begin and end an error: "cannot write `what` (why); `remedy`".
     TILEMESH_HOST WholeFile(std::FILE* stream, std::string what, std::string remedy);
     TILEMESH_HOST ~WholeFile();

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -8,7 +7,6 @@
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <utility>
 
 /// Raw video as a YUV4MPEG2 stream (.y4m), which players and encoders read from a file or a pipe. The format is that of `yuv4mpeg(5)` of
 /// mjpegtools: one line of text, then for each frame the line "FRAME" and the planes Y', Cb, Cr, 8 bits a sample, rows from the top.
@@ -41,8 +39,7 @@ public:
     TILEMESH_HOST Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
                            FrameRate rate = {}, Outlasts outlasts = Outlasts::process);
     /// To an open stream, which the caller closes. `what` names it in an error: "the video to standard output".
-    TILEMESH_HOST Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height,
-                           FrameRate rate = {});
+    TILEMESH_HOST Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height, FrameRate rate = {});
 
     /// Throws `tilemesh::Error` also for a picture of another size.
     TILEMESH_HOST void add(Image const& picture);

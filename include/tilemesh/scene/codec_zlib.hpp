@@ -53,9 +53,7 @@ inline void add_zlib(Codecs& codecs)
 {
     codecs.gzip = +[](std::span<unsigned char const> in, std::span<unsigned char> out) { return detail::inflate_with(16 + MAX_WBITS, in, out); };
     codecs.deflate = +[](std::span<unsigned char const> in, std::span<unsigned char> out) { return detail::inflate_with(-MAX_WBITS, in, out); };
-    codecs.crc32 = +[](std::span<unsigned char const> in) {
-        return static_cast<std::uint32_t>(::crc32_z(0, in.data(), in.size()));
-    };
+    codecs.crc32 = +[](std::span<unsigned char const> in) { return static_cast<std::uint32_t>(::crc32_z(0, in.data(), in.size())); };
 }
 
 }}} // namespace tilemesh::scene

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -69,8 +68,7 @@ struct AllRows {
     void most(std::uint64_t*, std::size_t) const noexcept {}
     template <class T>
     void join(std::vector<T>&) const noexcept
-    {
-    }
+    {}
 };
 /// The demand of a map in parts, without cameras, from that of this process's part.
 template <class Processes>
@@ -104,8 +102,7 @@ inline constexpr std::size_t views_scanned_whole = 16;
 /// Cost: one projection for each record in each of the first 16 views. In later views, one projection for each record that no view has
 /// shown yet.
 template <std::invocable<splat::Camera const&> TilingOf, class Processes = AllRows>
-Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rules const& rules, TilingOf const& tiling_of,
-                 Processes const& all = {})
+Demand demand_of(Map const& map, std::span<splat::Camera const> path, splat::Rules const& rules, TilingOf const& tiling_of, Processes const& all = {})
 {
     Demand d = over_parts(demand_of(map, rules), all);
     d.views = path.size();

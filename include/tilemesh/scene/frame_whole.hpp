@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <glm/geometric.hpp>
@@ -32,42 +31,36 @@ splat::Camera frame_whole(AnyMap const& map, Size size, glm::dvec3 up = {0.0, -1
     constexpr double far_away = 1e30;
     std::vector<double> values(map.gaussians.size());
     auto const quantile = [&](double share) {
-        auto const index =
-            static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        auto const index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
         std::nth_element(values.begin(), values.begin() + index, values.end());
         return std::clamp(values[static_cast<std::size_t>(index)], -far_away, far_away);
     };
     glm::dvec3 low{0.0}, high{0.0};
     for (int axis = 0; axis < 3; ++axis) {
-        std::transform(
-            map.gaussians.begin(), map.gaussians.end(), values.begin(),
-            [&](auto const& g) {
-                glm::dvec3 const mean{g.mean_world[0], g.mean_world[1], g.mean_world[2]};
-                return glm::dot(to_world[axis], mean);
-            });
+        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(), [&](auto const& g) {
+            glm::dvec3 const mean{g.mean_world[0], g.mean_world[1], g.mean_world[2]};
+            return glm::dot(to_world[axis], mean);
+        });
         low[axis] = quantile(0.05);
         high[axis] = quantile(0.95);
     }
 
     // The size of the Gaussians themselves. It matters if the means are one point or a line.
-    std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
-                   [](auto const& g) {
-                       float const* s = g.log_scale;
-                       return std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
-                   });
+    std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(), [](auto const& g) {
+        float const* s = g.log_scale;
+        return std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
+    });
     double const around = 3.0 * quantile(0.5);
 
     // A float coordinate of size c cannot tell apart two points closer than 6e-8 c. A hundred such steps are enough for a view.
     glm::dvec3 const centre = 0.5 * (low + high);
-    double const coordinate =
-        std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
+    double const coordinate = std::max({std::fabs(centre.x), std::fabs(centre.y), std::fabs(centre.z)});
     double const least = std::max(1e-6, 6e-6 * coordinate);
     double const half_width = std::max(0.5 * (high.x - low.x) + around, least);
     double const half_height = std::max(0.5 * (high.y - low.y) + around, least);
 
     // Step back from the front of the box until both its sides fit, with a margin of 10 %.
-    double const distance = 1.1 * std::max(half_width * lens.fx / (0.5 * size.width),
-                                           half_height * lens.fy / (0.5 * size.height));
+    double const distance = 1.1 * std::max(half_width * lens.fx / (0.5 * size.width), half_height * lens.fy / (0.5 * size.height));
     double const front = low.z - std::min(around, distance);
     lens.near_depth = static_cast<float>(std::min(0.2, 0.1 * distance));
     return make_camera({to_upright, to_world * glm::dvec3{centre.x, centre.y, front - distance}}, lens);

@@ -20,10 +20,8 @@ inline std::string text_of(splat::Lens const& lens)
 {
     std::string text = splat::lens_names[static_cast<std::size_t>(lens.kind)];
     std::vector<float> values;
-    if (lens.kind == splat::LensKind::opencv)
-        values = {lens.k[0], lens.k[1], lens.p[0], lens.p[1], lens.k[2], lens.k[3], lens.k[4], lens.k[5]};
-    else if (lens.kind != splat::LensKind::pinhole)
-        values.assign(lens.k, lens.k + (lens.kind == splat::LensKind::fov ? 1 : 4));
+    if (lens.kind == splat::LensKind::opencv) values = {lens.k[0], lens.k[1], lens.p[0], lens.p[1], lens.k[2], lens.k[3], lens.k[4], lens.k[5]};
+    else if (lens.kind != splat::LensKind::pinhole) values.assign(lens.k, lens.k + (lens.kind == splat::LensKind::fov ? 1 : 4));
     while (!values.empty() && values.back() == 0.0f) values.pop_back();
     for (float const v : values) text += "," + significant(double{v}, 9); // so many digits give the float again
     return text;

@@ -2,14 +2,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/splat/camera.hpp>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/view.hpp>
@@ -13,7 +13,13 @@ namespace detail {
 /// At most so many records decide about a near plane: every k-th row of the map. The median of 4,096 depths is good to some percent.
 inline constexpr std::size_t near_plane_sample = 4096;
 /// A tenth of the median depth if that is below `default_near`; `default_near` if there is no depth.
-TILEMESH_HOST float near_of_depths(std::vector<float> depths);
+inline float near_of_depths(std::vector<float> depths)
+{
+    if (depths.empty()) return default_near;
+    auto const middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    return std::clamp(0.1f * *middle, std::numeric_limits<float>::min(), default_near);
+}
 } // namespace detail
 
 /// The near plane for a camera whose file names none: 0.2, or a tenth of the median depth of what the picture shows if that is less. So a map
@@ -52,7 +58,3 @@ void choose_near(std::vector<NamedCamera>& cameras, AnyMap const& map)
 }
 
 }}} // namespace tilemesh::scene
-
-#if !defined(TILEMESH_COMPILED)
-#include <tilemesh/scene/detail/near_plane_code.hpp>
-#endif

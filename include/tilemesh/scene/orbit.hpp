@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <tilemesh/config.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -23,8 +21,7 @@ glm::dvec3 robust_centre(AnyMap const& map)
     if (map.gaussians.empty()) return centre;
     std::vector<float> values(map.gaussians.size());
     for (int axis = 0; axis < 3; ++axis) {
-        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(),
-                       [&](auto const& g) { return g.mean_world[axis]; });
+        std::transform(map.gaussians.begin(), map.gaussians.end(), values.begin(), [&](auto const& g) { return g.mean_world[axis]; });
         auto const middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
         std::nth_element(values.begin(), middle, values.end());
         centre[axis] = static_cast<double>(*middle);
@@ -39,8 +36,7 @@ inline constexpr double most_orbit_degrees = 1e9;
 /// Frame k is `start` rotated about the axis by k * `degrees_per_frame`, computed from k alone, so that no error accumulates. A positive
 /// angle moves a camera that faces the axis to its own left, as in the recorded orbits of the paper's maps.
 /// Throws `Error` for more than `most_orbit_degrees` in either direction.
-TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world,
-                                               double degrees_per_frame, std::uint32_t frames,
+TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::dvec3 target_world, double degrees_per_frame, std::uint32_t frames,
                                                glm::dvec3 up = {0.0, -1.0, 0.0});
 
 }}} // namespace tilemesh::scene

@@ -1,15 +1,10 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <istream>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <vector>
 
@@ -31,16 +26,6 @@ struct RgbdFrame {
 /// The furthest that the stamps of a picture and its depth are apart: 20 ms, the limit of the TUM benchmark's own tool.
 inline constexpr double most_seconds_apart = 0.02;
 
-namespace detail {
-
-/// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two. Each column of stamps has the
-/// unit that `seconds_per_unit` finds. A unit other than seconds is a line in `notes`, which may be null, and so are whole seconds more than 1 apart.
-TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
-                                                                         std::size_t least_pairs, std::size_t most_pairs,
-                                                                         std::string const& form, std::vector<std::string>* notes);
-
-} // namespace detail
-
 /// Reads a list of pictures as the TUM RGB-D benchmark has them (rgb.txt, depth.txt): a line is `timestamp file`, and `#` starts a line of
 /// comment. The result is in the order of time; pictures of one time keep their order. Stamps in milliseconds, microseconds or nanoseconds are
 /// recognised as those of trajectories are, and `notes` says so; a backslash in a name is read as "/". Throws `Error` for any other line and
@@ -50,8 +35,7 @@ TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std:
 /// Gives each picture the depth that is nearest in time and not further away than `most_seconds`. A depth that is nearest to several
 /// pictures goes to the nearest of these (the first, if they are equally near), and the others have none. Both lists must be in the order
 /// of time. Cost: a binary search a picture.
-TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour,
-                                               std::vector<StampedFile> const& depth,
+TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour, std::vector<StampedFile> const& depth,
                                                double most_seconds = most_seconds_apart);
 
 /// Reads a list of frames: `timestamp rgb_file` for colour alone, or `timestamp rgb_file timestamp depth_file` (an association file of the

@@ -3,16 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
 #include <istream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <vector>
@@ -50,56 +46,13 @@ struct Trajectory : std::vector<StampedPose> {
 inline constexpr std::size_t most_poses = std::size_t{1} << 24;
 
 namespace detail {
-
-/// The numbers of a line. `why` says what is wrong with the line, and is empty for a valid line. `advice` says what to do.
-struct PoseLine {
-    std::array<double, 16> fields{};
-    bool finite = true; ///< no number is NaN or infinite; if not, the row is left out
-    std::string why, advice;
-};
-
-/// A line of TUM that blanks separate.
-TILEMESH_HOST PoseLine parse_tum_line(std::string_view text);
-
-/// A line of another form, or of TUM with commas.
-TILEMESH_HOST PoseLine parse_pose_line(std::string_view text, TrajectoryFormat format, bool commas);
-
-/// The number of words in a line.
-TILEMESH_HOST std::size_t number_of_words(std::string_view text);
-
-/// What the words of a header say about the columns: "# timestamp tx ty tz qx qy qz qw", or "#timestamp [ns], ..., q_RS_w [], ...".
-struct TrajectoryHeader {
-    bool there = false;         ///< the line names qw and qx
-    bool w_first = false;       ///< qw stands before qx
-    std::size_t names = 0, first_q = 0; ///< number of names; the first of the quaternion
-    std::optional<double> seconds_per_unit; ///< of the stamps
-};
-TILEMESH_HOST TrajectoryHeader header_of(std::string_view line);
-
 /// The seconds of one unit of time stamps: 1, 1e-3, 1e-6 or 1e-9. The unit is the one that makes the largest stamp a date from 2000 to 2100, if
 /// the median step is then below 1,000 s. For other whole stamps the step decides: below 1,000 units they are seconds, below 1e6 microseconds,
 /// else nanoseconds. Single stamps, and stamps that are not whole, are seconds below 1e11, milliseconds below 1e14, microseconds below 1e17.
 /// Cost: one sort.
 TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps);
-
 /// "milliseconds" for 1e-3.
 TILEMESH_HOST std::string unit_name(double seconds_per_unit);
-
-/// The pose of a row `timestamp px py pz` and a quaternion, x first or w first. `far_from_unit` counts.
-TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit);
-
-/// The pose of a row that is a matrix of 3 or 4 rows.
-TILEMESH_HOST StampedPose matrix_pose(std::array<double, 16> const& fields, std::uint64_t number);
-
-/// How far the steps of the path are from their mean in the camera's own axes, from 0 (always the same step) to 1 (steps in all directions),
-/// if the quaternions have this order. The angles between the poses say nothing, because they are the same with both orders. But with the wrong
-/// order, a camera that goes ahead and turns seems to go in another direction of its own at every step.
-TILEMESH_HOST double restlessness(std::vector<std::array<double, 8>> const& rows, bool w_first);
-
-/// Reads the lines of a trajectory. `only_tum`: a file of TUM that blanks separate, in seconds. `format` empty: the file tells it.
-TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum,
-                                    std::optional<TrajectoryFormat> format);
-
 } // namespace detail
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark. A line is a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and world

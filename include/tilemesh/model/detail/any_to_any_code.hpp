@@ -1,17 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/any_to_any.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -60,8 +51,7 @@ TILEMESH_HOST AnyToAny any_to_any(CostModel const& model, Trace const& trace, Gr
                 step.busiest_bytes = *busiest;
                 auto const each = model.exchange_millicycles_a_byte;
                 if (each != 0 && step.busiest_bytes > (most - 999) / each) refuse();
-                step.bound_cycles =
-                    model.exchange_cycles + model_detail::per_thousand(step.busiest_bytes, each) + model.sync_cycles;
+                step.bound_cycles = model.exchange_cycles + model_detail::per_thousand(step.busiest_bytes, each) + model.sync_cycles;
                 ++out.exchanges;
             }
         }

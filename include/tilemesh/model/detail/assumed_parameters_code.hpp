@@ -1,13 +1,8 @@
 #pragma once
 #include <cmath>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/spec.hpp>
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>
 

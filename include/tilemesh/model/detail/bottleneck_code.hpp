@@ -1,25 +1,15 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
 #include <tilemesh/model/bottleneck.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
-TILEMESH_HOST std::optional<SlowestTile> slowest_tile(CostModel const& model, Trace const& trace, RunCost const& cost,
-                                                      Grid grid, std::uint32_t step)
+TILEMESH_HOST std::optional<SlowestTile> slowest_tile(CostModel const& model, Trace const& trace, RunCost const& cost, Grid grid, std::uint32_t step)
 {
     std::vector<std::uint64_t> as_slowest(grid.size(), 0);
     for (auto const& c : cost.supersteps)
@@ -55,9 +45,7 @@ TILEMESH_HOST std::optional<Bottleneck> find_bottleneck(CostModel const& model, 
     for (auto const phase : {Bottleneck::Phase::compute, Bottleneck::Phase::exchange, Bottleneck::Phase::sync})
         for (std::uint32_t i = 0; i < steps.size(); ++i) {
             auto const& s = steps[i];
-            auto const cycles = phase == Bottleneck::Phase::compute    ? s.compute
-                                : phase == Bottleneck::Phase::exchange ? s.exchange
-                                                                       : s.sync + s.vote;
+            auto const cycles = phase == Bottleneck::Phase::compute ? s.compute : phase == Bottleneck::Phase::exchange ? s.exchange : s.sync + s.vote;
             if (cycles > out.cycles) out.phase = phase, out.step = i, out.cycles = cycles, out.passes = s.passes;
         }
     if (out.cycles == 0) return {};
@@ -96,9 +84,8 @@ TILEMESH_HOST std::string exchanges_text(std::uint64_t exchanges)
 
 } // namespace model_detail
 
-TILEMESH_HOST std::string bottleneck_text(std::optional<Bottleneck> const& bottleneck, CostModel const& model,
-                                          Trace const& trace, RunCost const& cost, Grid grid, std::string_view run,
-                                          std::string_view because)
+TILEMESH_HOST std::string bottleneck_text(std::optional<Bottleneck> const& bottleneck, CostModel const& model, Trace const& trace,
+                                          RunCost const& cost, Grid grid, std::string_view run, std::string_view because)
 {
     using namespace model_detail;
     using report::share_text;

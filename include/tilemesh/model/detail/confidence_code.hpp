@@ -1,18 +1,12 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <string>
 #include <string_view>
-#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/model/confidence.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/network.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

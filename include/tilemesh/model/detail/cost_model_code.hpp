@@ -1,20 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/model/chips.hpp>
 #include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -38,9 +26,8 @@ TILEMESH_HOST void expect_sums_fit(CostModel const& m)
     for (auto n : {m.run_cycles, m.exchange_cycles, m.sync_cycles, m.vote_cycles}) cycles = std::max(cycles, n);
     if (millicycles > most_millicycles || cycles > most_cycles)
         throw Error("a cost model cannot be applied (" +
-                    (millicycles > most_millicycles
-                         ? std::to_string(millicycles) + " millicycles exceed " + std::to_string(most_millicycles)
-                         : std::to_string(cycles) + " cycles exceed " + std::to_string(most_cycles)) +
+                    (millicycles > most_millicycles ? std::to_string(millicycles) + " millicycles exceed " + std::to_string(most_millicycles)
+                                                    : std::to_string(cycles) + " cycles exceed " + std::to_string(most_cycles)) +
                     "); give it smaller numbers");
 }
 
@@ -50,8 +37,7 @@ TILEMESH_HOST OperationPrice const* find_price(CostModel const& m, std::string_v
     return p == m.prices.end() ? nullptr : &*p;
 }
 
-TILEMESH_HOST StepPrices::StepPrices(CostModel const& model, Trace const& trace)
-    : model_(model), trace_(trace)
+TILEMESH_HOST StepPrices::StepPrices(CostModel const& model, Trace const& trace) : model_(model), trace_(trace)
 {
     for (std::size_t step = 0; step < trace.kernels.size(); ++step) {
         auto& of_step = millicycles_.emplace_back();

@@ -1,15 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <istream>
 #include <map>
 #include <optional>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/parameter_file.hpp>
@@ -19,7 +12,11 @@
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
+inline constexpr std::uint32_t first_operation = 2;
+
+/// All parameters of a model, in the order of its file: clock, exchange_cost, the operations that it prices, run, exchange,
+/// exchange_byte, sync, vote.
+inline std::vector<ParameterRule> parameter_rules(std::vector<OperationPrice> const& prices)
 {
     constexpr std::string_view cycles = "cycles", millicycles = "millicycles";
     std::vector<ParameterRule> rules;
@@ -33,19 +30,36 @@ TILEMESH_HOST std::vector<ParameterRule> parameter_rules(std::vector<OperationPr
     rules.push_back({"vote", cycles, 0, most_cycles});
     return rules;
 }
-
-TILEMESH_HOST std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
+/// The place of a parameter in that order, or the number of parameters if none has this name.
+inline std::size_t parameter_index(std::vector<ParameterRule> const& rules, std::string_view name)
 {
-    return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) -
-                                    rules.begin());
+    return static_cast<std::size_t>(std::find_if(rules.begin(), rules.end(), [&](ParameterRule const& r) { return r.name == name; }) - rules.begin());
 }
 
-TILEMESH_HOST std::uint64_t parameter_value(CostModel const& m, std::size_t i)
+/// The model's number. Not for exchange_cost, which is not an integer.
+template <class Model>
+auto& parameter_field(Model& m, std::size_t i)
+{
+    if (i == 0) return m.clock_khz;
+    if (i - first_operation < m.prices.size()) return m.prices[i - first_operation].millicycles;
+    switch (i - first_operation - m.prices.size()) {
+    case 0:
+        return m.run_cycles;
+    case 1:
+        return m.exchange_cycles;
+    case 2:
+        return m.exchange_millicycles_a_byte;
+    case 3:
+        return m.sync_cycles;
+    default:
+        return m.vote_cycles;
+    }
+}
+inline std::uint64_t parameter_value(CostModel const& m, std::size_t i)
 {
     return i == 1 ? static_cast<std::uint64_t>(m.exchange_cost) : parameter_field(m, i);
 }
-
-TILEMESH_HOST std::string parameter_text(std::size_t i, std::uint64_t value)
+inline std::string parameter_text(std::size_t i, std::uint64_t value)
 {
     return i == 1 && value < exchange_cost_names.size() ? std::string(exchange_cost_names[static_cast<std::size_t>(value)]) : std::to_string(value);
 }
@@ -109,23 +123,19 @@ TILEMESH_HOST CostModel mk2()
     };
     std::string const scalar = "0.68 a cycle (measured for naive scalar C++ on 6 workers, poplar_explorer)";
 
-    set_parameter(m, "clock", 1'325'000,
-                  "document: GC200 at 1.325 GHz (the paper; eenewseurope on Hot Chips 33); a C600 may run at 1.49 GHz");
+    set_parameter(m, "clock", 1'325'000, "document: GC200 at 1.325 GHz (the paper; eenewseurope on Hot Chips 33); a C600 may run at 1.49 GHz");
     set_parameter(m, "exchange_cost", static_cast<std::uint64_t>(ExchangeCost::capacity),
                   "document: copies are compiled, so that whole channels move (the authors' code, edge_builder.cpp)");
     counted("slot", Work::slot, "find, the most frequent look; project and depth sort do more, once a record");
     set_price(m, "projection", d::projection_slots() * d::one_worker,
-                  "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " +
-                      text(Work::projection_roots) + " divisions and roots of 5 slots (poplibs), " +
-                      text(Work::projection_others) + " other operations, " + text(Work::reach) +
-                      " instructions for the tiles it touches: " + text(d::projection_slots()) +
-                      " slots of one worker, 6 cycles each");
+              "arithmetic: " + text(Work::projection_flops) + " flops at " + scalar + ", " + text(Work::projection_roots) +
+                  " divisions and roots of 5 slots (poplibs), " + text(Work::projection_others) + " other operations, " + text(Work::reach) +
+                  " instructions for the tiles it touches: " + text(d::projection_slots()) + " slots of one worker, 6 cycles each");
     counted("routed", Work::routed,
             "a 64-byte record leaves (" + text(Work::leaves) + "), passes 3 tiles (" + text(Work::passes) +
                 " each) and settles (" + text(Work::settles) + "), two operations a hop; that it is 4 hops is a guess");
     counted("copied", Work::copied,
-            "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" +
-                text(Work::copy_leaves) + ")");
+            "mean of a 60-byte copy's arrival (" + text(Work::copy_arrives) + ") and departure (" + text(Work::copy_leaves) + ")");
     counted("comparison", Work::comparison, "a level of heap sort, two compares and three words moved");
     set_price(m, "pair", d::pair_millicycles(), "arithmetic: 21 flops (fast blending in cells) at " + scalar);
     set_price(m, "pixel", Work::pixel * d::six_workers,
@@ -156,19 +166,15 @@ TILEMESH_HOST CostModel mk2()
                                     adding_others + Work::gradient_others) + ", on one worker");
     set_price(m, host_byte, (m.clock_khz + d::host_link_bytes_a_us - 1) / d::host_link_bytes_a_us,
               "document: PCIe Gen4 x16 has 64 GB/s both ways (C600 product brief), so 32 GB/s to the chip; no kernel counts it");
-    set_parameter(m, "run", d::vertex_cycles,
-                  "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
-    set_parameter(
-        m, "exchange", d::exchange_with_two_syncs - d::most_a_sync,
-        "arithmetic: about 300 fixed with two syncs (jit-dynamic-lookup), less one sync; how they share is a guess");
+    set_parameter(m, "run", d::vertex_cycles, "document: 11 cycles of the supervisor and about 9 (poplibs popopsCycleEstimators)");
+    set_parameter(m, "exchange", d::exchange_with_two_syncs - d::most_a_sync,
+                  "arithmetic: about 300 fixed with two syncs (jit-dynamic-lookup), less one sync; how they share is a guess");
     set_parameter(m, "exchange_byte", 1000 / d::bytes_a_cycle,
                   "document: 4 bytes a cycle a tile (jit-dynamic-lookup; 8 TB/s over 1,472 tiles at 1.325 GHz is 4.1)");
-    set_parameter(m, "sync", d::most_a_sync,
-                  "guess: no number found; at most half of 300 cycles with two syncs (jit-dynamic-lookup)");
-    set_parameter(
-        m, "vote", d::vote_cycles(40, 36),
-        "guess: two supersteps that gather 40 words, then 36 (our graph), at the numbers above and 4 instructions a word; "
-        "no number found for the loop's own test, which is not in it");
+    set_parameter(m, "sync", d::most_a_sync, "guess: no number found; at most half of 300 cycles with two syncs (jit-dynamic-lookup)");
+    set_parameter(m, "vote", d::vote_cycles(40, 36),
+                  "guess: two supersteps that gather 40 words, then 36 (our graph), at the numbers above and 4 instructions a word; "
+                  "no number found for the loop's own test, which is not in it");
     return m;
 }
 
@@ -200,15 +206,13 @@ TILEMESH_HOST void write_cost_model(std::ostream& out, CostModel const& model)
         auto const value = d::parameter_value(model, i);
         if (p->value != value || p->unit != rule.unit || value < rule.least || value > rule.most ||
             std::count_if(model.parameters.begin(), model.parameters.end(), is_it) != 1)
-            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name + " is " +
-                        std::to_string(value) + ", and its source is of " + std::to_string(p->value) + " " +
-                        d::shown(p->unit) + "); set both with set_parameter");
+            throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (parameter " + name + " is " + std::to_string(value) +
+                        ", and its source is of " + std::to_string(p->value) + " " + d::shown(p->unit) + "); set both with set_parameter");
         text += d::parameter_line(name, d::parameter_text(i, value), rule.unit, p->source);
     }
     if (model.parameters.size() != rules.size())
-        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " +
-                    std::to_string(model.parameters.size()) + " parameters of " + std::to_string(rules.size()) +
-                    "); keep those that it has");
+        throw Error("cost model \"" + d::shown(model.name) + "\" cannot be written (it lists " + std::to_string(model.parameters.size()) +
+                    " parameters of " + std::to_string(rules.size()) + "); keep those that it has");
     if (model.network) text += d::network_lines(*model.network);
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
 }

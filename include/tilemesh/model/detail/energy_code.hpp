@@ -2,36 +2,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <istream>
 #include <limits>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
 TILEMESH_HOST double joules_of_power(CostModel const& model, std::uint64_t cycles, double watts)
 {
     if (model.clock_khz == 0 || !(watts >= 0) || std::isinf(watts))
-        throw Error("energy cannot be computed (model \"" + model_detail::shown(model.name) + "\" has a clock of " +
-                    std::to_string(model.clock_khz) + " kHz, and the power is " + std::to_string(watts) +
-                    " W); give it a clock above 0 kHz and a finite power that is not negative");
+        throw Error("energy cannot be computed (model \"" + model_detail::shown(model.name) + "\" has a clock of " + std::to_string(model.clock_khz) +
+                    " kHz, and the power is " + std::to_string(watts) + " W); give it a clock above 0 kHz and a finite power that is not negative");
     return watts * (milliseconds(model, cycles) / 1000);
 }
 
 namespace model_detail {
 
-TILEMESH_HOST ParameterRule energy_rule(std::string_view event)
+inline ParameterRule energy_rule(std::string_view event)
 {
     return {std::string(event), "fJ", 0, most_femtojoules};
 }
@@ -138,8 +128,7 @@ TILEMESH_HOST Energy energy_of(EnergyModel const& energy, CostModel const& model
             steps[s.step].add(count * grid.size(), each);
             all.add(count * grid.size(), each);
         };
-        if (model.exchange_cost == ExchangeCost::capacity)
-            charge_all(capacity_byte, s.capacity_of_tile());
+        if (model.exchange_cost == ExchangeCost::capacity) charge_all(capacity_byte, s.capacity_of_tile());
         charge_all(tile_cycle, cost.supersteps[i].total());
     }
     for (std::size_t event = 0; event < kinds.size(); ++event) out.events[event].joules = kinds[event].joules();

@@ -2,11 +2,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/model/energy.hpp>
 #include <tilemesh/model/energy_range.hpp>
 #include <utility>
 
@@ -16,16 +12,15 @@ TILEMESH_HOST EnergyRange mk2_energies()
 {
     using Work = KernelWork;
     // Tenths of a flop of an operation of mk2(); others have none.
-    constexpr std::pair<std::string_view, std::uint64_t> flops[] = {
-        {"projection", 10 * Work::projection_flops},
-        {"pair", Work::tenth_flops_a_pair},
-        {"moving_pair", Work::tenth_flops_a_tracked_pair + 10 * Work::moving_flops},
-        {"moving_depth", 10 * Work::moving_depth_flops},
-        {"splat_motions", 10 * Work::motion_flops},
-        {"row", 10 * (Work::adding_flops + Work::row_flops)},
-        {"gradient", 10 * (Work::adding_flops + Work::gradient_flops)},
-        {"mean", 10 * Work::mean_flops}};
-    constexpr std::uint64_t multiplication = 1'310;                                     // fJ at 7 nm
+    constexpr std::pair<std::string_view, std::uint64_t> flops[] = {{"projection", 10 * Work::projection_flops},
+                                                                    {"pair", Work::tenth_flops_a_pair},
+                                                                    {"moving_pair", Work::tenth_flops_a_tracked_pair + 10 * Work::moving_flops},
+                                                                    {"moving_depth", 10 * Work::moving_depth_flops},
+                                                                    {"splat_motions", 10 * Work::motion_flops},
+                                                                    {"row", 10 * (Work::adding_flops + Work::row_flops)},
+                                                                    {"gradient", 10 * (Work::adding_flops + Work::gradient_flops)},
+                                                                    {"mean", 10 * Work::mean_flops}};
+    constexpr std::uint64_t multiplication = 1'310; // fJ at 7 nm
     constexpr std::uint64_t watts = 185, tiles = 1472, clock_khz = 1'325'000;
     constexpr std::uint64_t tile_cycle = (watts * 1'000'000'000'000 + tiles * clock_khz - 1) / (tiles * clock_khz); // fJ, rounded up
     EnergyRange range;

@@ -1,18 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <numeric>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/tile.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/exchange.hpp>
-#include <tilemesh/model/network.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,15 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
 #include <tilemesh/model/explore.hpp>
 #include <tilemesh/report/number_text.hpp>
 #include <tilemesh/report/table.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 

@@ -1,21 +1,13 @@
 #pragma once
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/hosts.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps, std::span<std::uint32_t const> first_row)
+inline void expect_hosts(HostNetwork const& net, std::span<HostSuperstep const> supersteps, std::span<std::uint32_t const> first_row)
 {
     auto const refuse = [](std::string const& problem, char const* why, char const* what) { throw Error(problem + " (" + why + "); " + what); };
     if (!(net.latency_us >= 0) || !(net.overhead_us >= 0) || !(net.bytes_per_us > 0))
@@ -86,8 +78,7 @@ TILEMESH_HOST HostPrediction predict_hosts(HostNetwork const& net, std::span<Hos
     return out;
 }
 
-TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model,
-                                                         std::span<double const> step_us)
+TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Grid grid, CostModel const& model, std::span<double const> step_us)
 {
     if (step_us.size() != trace.kernels.size())
         throw Error(std::to_string(step_us.size()) + " host times (the trace has " + std::to_string(trace.kernels.size()) +
@@ -120,8 +111,7 @@ TILEMESH_HOST std::vector<HostSuperstep> host_supersteps(Trace const& trace, Gri
     return out;
 }
 
-TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times,
-                                                  std::vector<bool> const& travels)
+TILEMESH_HOST std::vector<HostSuperstep> enlarged(std::span<HostSuperstep const> supersteps, std::uint32_t times, std::vector<bool> const& travels)
 {
     if (times == 0 || travels.size() != supersteps.size())
         throw Error("a grid cannot be enlarged (by 0, or without a word for each superstep); give a factor, and say which supersteps travel");

@@ -2,22 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <istream>
 #include <map>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/spec.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/model/network_lines.hpp>
 #include <tilemesh/model/parameter_file.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {

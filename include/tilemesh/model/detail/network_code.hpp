@@ -1,14 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <numeric>
-#include <span>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/model/network.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -227,8 +222,7 @@ TILEMESH_HOST void check_network(Network const& n, std::span<NetworkTransfer con
             if (node.x >= n.columns || node.y >= n.rows)
                 throw Error("a transfer at node (" + std::to_string(node.x) + ", " + std::to_string(node.y) + ") (network " + n.name + " has " +
                             std::to_string(n.columns) + " x " + std::to_string(n.rows) + "); correct the transfer");
-        if (t.bytes > std::uint64_t{1} << 30)
-            throw Error("a transfer of " + std::to_string(t.bytes) + " bytes (at most 2^30); divide it");
+        if (t.bytes > std::uint64_t{1} << 30) throw Error("a transfer of " + std::to_string(t.bytes) + " bytes (at most 2^30); divide it");
     }
 }
 } // namespace model_detail

@@ -1,19 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/model/network.hpp>
 #include <tilemesh/model/network_lines.hpp>
-#include <tilemesh/model/parameter_file.hpp>
 #include <tilemesh/number_text.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace model_detail {
 
@@ -129,9 +120,7 @@ TILEMESH_HOST std::optional<std::uint64_t> NetworkReader::word(std::string_view 
         return text == "torus" ? 1 : 0;
     }
     auto const what = name.substr(network_prefix.size());
-    auto const bad = [&](char const* todo) {
-        refuse("has no value of " + std::string(name), "it is \"" + shown(text) + "\"", todo);
-    };
+    auto const bad = [&](char const* todo) { refuse("has no value of " + std::string(name), "it is \"" + shown(text) + "\"", todo); };
     if (what == "nodes" || what == "chip") {
         auto const x = std::min(text.find('x'), text.size());
         auto const width = number_within(text.substr(0, x), 1, most_network_side);

@@ -1,14 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <iterator>
-#include <string>
 #include <tilemesh/engine/not_quiet.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/no_progress.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -29,8 +25,7 @@ inline std::uint64_t sample_hash(SuperstepSample const& s) noexcept
 
 /// Returns the smallest period with which the last supersteps repeat: at least twice, and at least `at_least` supersteps; 0: none. Sets
 /// `repeating` to their number.
-inline std::uint32_t find_period(SuperstepSample const* begin, SuperstepSample const* end, std::uint64_t at_least,
-                                 std::uint64_t& repeating)
+inline std::uint32_t find_period(SuperstepSample const* begin, SuperstepSample const* end, std::uint64_t at_least, std::uint64_t& repeating)
 {
     auto const n = static_cast<std::size_t>(end - begin);
     std::vector<std::uint64_t> hashes;
@@ -84,8 +79,7 @@ inline std::vector<TileSide> find_cycle(Grid grid, std::vector<std::uint8_t> liv
     auto tile = static_cast<std::uint32_t>(start - live.begin());
     while (seen[tile] == unseen) {
         seen[tile] = static_cast<std::uint32_t>(walk.size());
-        auto const side = *std::find_if(std::begin(news), std::end(news),
-                                        [&](Direction d) { return (live[tile] >> index(d) & 1u) != 0; });
+        auto const side = *std::find_if(std::begin(news), std::end(news), [&](Direction d) { return (live[tile] >> index(d) & 1u) != 0; });
         walk.push_back({tile, side});
         tile = to(tile, side);
     }
@@ -183,9 +177,7 @@ TILEMESH_HOST NoProgress no_progress(Trace const& trace, Grid grid, std::uint32_
 
 TILEMESH_HOST std::string text_of(NoProgress const& report, std::size_t most)
 {
-    auto const number = [](std::uint64_t n, char const* one, char const* many) {
-        return std::to_string(n) + " " + (n == 1 ? one : many);
-    };
+    auto const number = [](std::uint64_t n, char const* one, char const* many) { return std::to_string(n) + " " + (n == 1 ? one : many); };
     if (report.supersteps == 0) return "the trace does not end with a step that runs until quiet\n";
     auto const step = report.loop ? tilemesh::text_of(*report.loop) : "step " + std::to_string(report.step) + " (" + report.kernel + ")";
     if (report.empty())
@@ -210,21 +202,18 @@ TILEMESH_HOST std::string text_of(NoProgress const& report, std::size_t most)
         (use.notes_only ? notes : messages).push_back(use.link);
         if (use.full && !use.notes_only) full.push_back(use.link);
     }
-    std::string out = step + " does the same every " +
-                      (report.period == 1 ? "superstep" : std::to_string(report.period) + " supersteps") + " from superstep " +
-                      std::to_string(report.first) + " of the run on\n";
+    std::string out = step + " does the same every " + (report.period == 1 ? "superstep" : std::to_string(report.period) + " supersteps") +
+                      " from superstep " + std::to_string(report.first) + " of the run on\n";
     if (!report.cycle.empty())
         out += "messages can go round " + number(report.cycle.size(), "tile", "tiles") + ": " + list(report.cycle, link) + "\n";
     if (messages.empty()) out += "no message moves\n";
     else out += number(messages.size(), "link carries", "links carry") + " messages: " + list(messages, link) + "\n";
     if (!full.empty()) out += number(full.size(), "of them is", "of them are") + " full each time: " + list(full, link) + "\n";
     if (!notes.empty()) out += number(notes.size(), "link carries", "links carry") + " notes alone: " + list(notes, link) + "\n";
-    if (report.settled_bytes != 0)
-        out += number(report.settled_bytes, "byte", "bytes") + " a period settle: this may be a steady stream\n";
+    if (report.settled_bytes != 0) out += number(report.settled_bytes, "byte", "bytes") + " a period settle: this may be a steady stream\n";
     if (!report.waiting.empty())
-        out += number(report.waiting.size(), "tile runs", "tiles run") + " in every superstep and send" +
-               (report.waiting.size() == 1 ? "s" : "") + " no message (busy, or woken by mail; for whom they wait is not in a trace): " +
-               list(report.waiting, tile) + "\n";
+        out += number(report.waiting.size(), "tile runs", "tiles run") + " in every superstep and send" + (report.waiting.size() == 1 ? "s" : "") +
+               " no message (busy, or woken by mail; for whom they wait is not in a trace): " + list(report.waiting, tile) + "\n";
     if (!report.sent_last.empty())
         out += "the last messages of these tiles went over " + number(report.sent_last.size(), "link", "links") + ": " +
                list(report.sent_last, link) + "\n";

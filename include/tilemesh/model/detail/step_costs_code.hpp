@@ -1,14 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
 #include <tilemesh/model/step_costs.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -47,8 +41,7 @@ TILEMESH_HOST std::vector<LoopRound> loop_rounds(Trace const& trace)
             auto const step = trace.supersteps[i].step;
             if (!has(own, step)) continue;
             auto const before = i == 0 ? step : trace.supersteps[i - 1].step;
-            if (i == 0 || !has(own, before) || each || (step < before && !inside(before, step)))
-                rounds.push_back({l, rounds.size() + 1, i, i});
+            if (i == 0 || !has(own, before) || each || (step < before && !inside(before, step))) rounds.push_back({l, rounds.size() + 1, i, i});
             rounds.back().last = i;
         }
         if (rounds.size() == own.rounds) all.insert(all.end(), rounds.begin(), rounds.end());

@@ -4,18 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/cost_table.hpp>
-#include <tilemesh/model/step_costs.hpp>
 #include <tilemesh/model/trace_diagrams.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <tilemesh/report/stacked_bars.hpp>
 #include <tilemesh/report/table.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 
@@ -68,12 +61,11 @@ TILEMESH_HOST std::vector<report::BarSpan> step_spans(Trace const& trace, CostMo
         for (auto i = round.first; i <= round.last; ++i)
             if (loop_of(i) == round.loop) round_of[i] = &round;
     auto const text = [](std::uint64_t n, char const* what) { return report::thousands(n) + " " + what + (n == 1 ? "" : "s"); };
-    spans = with([&](std::size_t i) {
-                     return round_of[i] != nullptr ? names.size() + static_cast<std::size_t>(round_of[i] - rounds.data()) : step_of(i);
-                 },
-                 [&](std::size_t number, std::size_t i) {
-                     return round_of[i] != nullptr ? "round " + report::thousands(round_of[i]->number) : names[number];
-                 });
+    spans = with(
+        [&](std::size_t i) { return round_of[i] != nullptr ? names.size() + static_cast<std::size_t>(round_of[i] - rounds.data()) : step_of(i); },
+        [&](std::size_t number, std::size_t i) {
+            return round_of[i] != nullptr ? "round " + report::thousands(round_of[i]->number) : names[number];
+        });
     auto together = with([&](std::size_t i) { return loop_of(i) < trace.loops.size() ? names.size() + loop_of(i) : step_of(i); },
                 [&](std::size_t number, std::size_t i) {
                     if (number < names.size()) return names[number];

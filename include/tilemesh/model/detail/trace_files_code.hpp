@@ -3,43 +3,47 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
-#include <cstdint>
-#include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/engine/trace.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/step_costs.hpp>
+#include <tilemesh/model/exchange.hpp>
 #include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/report/json_text.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST auto TextStream::operator<<(std::string_view text) -> TextStream&
-{
-    text_ += text;
-    if (text_.size() >= 65'536) flush();
-    return *this;
-}
+/// Writes text to a stream in pieces of 64 KiB, which needs few calls and little memory. Numbers are plain decimals.
+class TextStream {
+public:
+    explicit TextStream(std::ostream& out) : out_(out) {}
+    TextStream& operator<<(std::string_view text)
+    {
+        text_ += text;
+        if (text_.size() >= 65'536) flush();
+        return *this;
+    }
+    TextStream& operator<<(std::uint64_t number)
+    {
+        std::array<char, 20> digits{}; // 2^64 has 20 digits
+        auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+        return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
+    }
+    void flush()
+    {
+        out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+        text_.clear();
+    }
 
-TILEMESH_HOST auto TextStream::operator<<(std::uint64_t number) -> TextStream&
-{
-    std::array<char, 20> digits{}; // 2^64 has 20 digits
-    auto const end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
-    return *this << std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data()));
-}
+private:
+    std::ostream& out_;
+    std::string text_;
+};
 
-TILEMESH_HOST void TextStream::flush()
+template <class Quote>
+std::vector<std::string> quoted_kernels(Trace const& trace, Quote quote)
 {
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
+    std::vector<std::string> out;
+    for (auto const& kernel : trace.kernels) out.push_back(quote(kernel));
+    return out;
 }
 
 TILEMESH_HOST std::string csv_field(std::string_view text)
@@ -131,8 +135,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
     std::vector<std::uint32_t> shown;
     for (std::uint32_t tile = 0; tile < grid.size(); ++tile)
         if (busy[tile] != 0) shown.push_back(tile);
-    std::sort(shown.begin(), shown.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
+    std::sort(shown.begin(), shown.end(), [&](std::uint32_t a, std::uint32_t b) { return busy[a] != busy[b] ? busy[a] > busy[b] : a < b; });
     shown.resize(std::min<std::size_t>(shown.size(), busiest));
     constexpr std::uint32_t process = 1, steps = 1, machine = 2; // for Perfetto, 0 is the idle process
     auto const rounds = loop_rounds(trace);
@@ -159,8 +162,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
         return std::to_string(ns / 1000) + "." + part.substr(1);
     };
     // Writes an event up to the first members of its `args`: the superstep and the cycles.
-    auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from,
-                                std::uint64_t cycles) {
+    auto const begin_span = [&](std::uint32_t tid, std::string_view name, std::size_t superstep, std::uint64_t from, std::uint64_t cycles) {
         auto const begin = nanoseconds(from), end = nanoseconds(from + cycles);
         begin_event("X", tid) << ",\"ts\":" << microseconds(begin) << "25,\"dur\":" << microseconds(end - begin)
                               << ",\"name\":" << name << ",\"args\":{\"superstep\":" << superstep << ",\"cycles\":" << cycles;
@@ -219,8 +221,7 @@ TILEMESH_HOST void write_chrome_trace(std::ostream& out, Trace const& trace, Cos
             begin_span(track[t.tile], names[c.step], i, now, cycles);
             auto const& operations = operations_of_step(trace, s.step);
             for (std::size_t kind = 0; kind < operations.size(); ++kind)
-                if (auto const count = t.operations.count[kind]; count != 0)
-                    text << "," << report::json_string(operations[kind]) << ":" << count;
+                if (auto const count = t.operations.count[kind]; count != 0) text << "," << report::json_string(operations[kind]) << ":" << count;
             if (auto const bytes = all_sent(t); bytes != 0) text << ",\"sent_bytes\":" << bytes;
             text << "}}";
         }

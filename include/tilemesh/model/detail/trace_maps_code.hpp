@@ -1,28 +1,18 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
-#include <span>
-#include <string>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_model.hpp>
 #include <tilemesh/model/detail/trace_reading.hpp>
-#include <tilemesh/model/energy.hpp>
-#include <tilemesh/model/trace_files.hpp>
 #include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/heat_image.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 {
 namespace model_detail {
 
-TILEMESH_HOST std::vector<double> fill_percent(Trace const& trace, Grid grid)
+/// The fill of the fullest channel side of each tile, in percent.
+inline std::vector<double> fill_percent(Trace const& trace, Grid grid)
 {
     auto fill = heat_map(trace, {}, grid, TileSum::channel_fill);
     for (auto& share : fill) share *= 100;
@@ -87,8 +77,7 @@ TILEMESH_HOST std::string energy_csv(Energy const& energy, Grid grid)
 {
     std::string text = "tile_x,tile_y,joules\n";
     for (std::uint32_t t = 0; t < grid.size(); ++t) {
-        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + "," +
-                number_text(energy.joules_of_tile[t]) + '\n';
+        text += std::to_string(grid.tile(t).x()) + "," + std::to_string(grid.tile(t).y()) + "," + number_text(energy.joules_of_tile[t]) + '\n';
     }
     return text;
 }

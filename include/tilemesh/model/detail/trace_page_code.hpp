@@ -1,18 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <ostream>
-#include <string>
 #include <system_error>
-#include <tilemesh/error.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/model/trace_files.hpp>
-#include <tilemesh/model/trace_maps.hpp>
 #include <tilemesh/model/trace_page.hpp>
-#include <tilemesh/model/trace_section.hpp>
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/string_stream.hpp>
 #include <tilemesh/report/table.hpp>
@@ -34,44 +25,73 @@ TILEMESH_HOST std::string timeline_below(std::size_t most_bytes, Trace const& tr
         }
         if (busiest == 0) break;
     }
-    note = "no timeline: " + report::thousands(trace.supersteps.size()) + " passes take more than " +
-           report::thousands(most_bytes) + " bytes";
+    note = "no timeline: " + report::thousands(trace.supersteps.size()) + " passes take more than " + report::thousands(most_bytes) + " bytes";
     return {};
 }
 
 namespace model_detail {
 
-TILEMESH_HOST TracePageFiles::TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page)
-    : folder_(std::move(folder)), name_(std::move(name)), page_(page), html_(page.title)
-{
-    std::error_code refused;
-    std::filesystem::create_directories(folder_, refused);
-    if (refused) throw Error("cannot make the folder " + folder_.string() + " (" + refused.message() + "); name another folder");
-    for (auto const& map : page.maps)
-        if (map.values.size() != grid.size())
-            throw Error("map " + map.name + " cannot be shown (it has " + std::to_string(map.values.size()) + " numbers, and the grid " +
-                        std::to_string(grid.size()) + " tiles); give it a number for every tile");
-    if (page.tile_px[0] == 0 || page.tile_px[1] == 0) throw Error("maps cannot be shown (a tile has no pixels); give tile_px a width and a height");
-}
+/// The page of write_trace_page, and the files beside it.
+class TracePageFiles {
+public:
+    TracePageFiles(std::filesystem::path folder, std::string name, Grid grid, TracePage const& page)
+        : folder_(std::move(folder)), name_(std::move(name)), page_(page), html_(page.title)
+    {
+        std::error_code refused;
+        std::filesystem::create_directories(folder_, refused);
+        if (refused) throw Error("cannot make the folder " + folder_.string() + " (" + refused.message() + "); name another folder");
+        for (auto const& map : page.maps)
+            if (map.values.size() != grid.size())
+                throw Error("map " + map.name + " cannot be shown (it has " + std::to_string(map.values.size()) + " numbers, and the grid " +
+                            std::to_string(grid.size()) + " tiles); give it a number for every tile");
+        if (page.tile_px[0] == 0 || page.tile_px[1] == 0)
+            throw Error("maps cannot be shown (a tile has no pixels); give tile_px a width and a height");
+    }
+    report::HtmlReport& html() noexcept { return html_; }
+    void write(std::string const& what, std::string const& text, std::string const& note)
+    {
+        report::write_whole(path(what), text);
+        beside_.emplace_back(name_ + what, note);
+    }
+    template <class Into>
+    void produce(std::string const& what, std::string const& note, Into const& into)
+    {
+        report::StringStream text;
+        into(text);
+        write(what, text.str(), note);
+    }
+    void leave_out(std::string const& what, std::string const& why) { beside_.emplace_back(name_ + what, why); }
+    /// The trace by superstep and tile, unless the table is too long.
+    template <class Into>
+    void produce_tiles(Trace const& trace, Into const& into)
+    {
+        std::uint64_t lines = 0;
+        for (auto const& s : trace.supersteps) lines += s.tiles.size();
+        if (lines <= page_.most_tile_lines) return produce(".tiles.csv", "the trace by superstep and tile", into);
+        leave_out(".tiles.csv", "left out: " + report::thousands(lines) + " lines are more than " + report::thousands(page_.most_tile_lines));
+    }
+    /// The page itself, with the list of the files beside it.
+    std::filesystem::path finish()
+    {
+        html_.section("Beside this page").key_values(beside_);
+        report::write_whole(path(".html"), html_.str());
+        return path(".html");
+    }
 
-TILEMESH_HOST void TracePageFiles::write(std::string const& what, std::string const& text, std::string const& note)
-{
-    report::write_whole(path(what), text);
-    beside_.emplace_back(name_ + what, note);
-}
+private:
+    std::filesystem::path path(std::string const& what) const { return folder_ / (name_ + what); }
 
-TILEMESH_HOST std::filesystem::path TracePageFiles::finish()
-{
-    html_.section("Beside this page").key_values(beside_);
-    report::write_whole(path(".html"), html_.str());
-    return path(".html");
-}
+    std::filesystem::path folder_;
+    std::string name_;
+    TracePage const& page_;
+    report::HtmlReport html_;
+    std::vector<std::pair<std::string, std::string>> beside_;
+};
 
 } // namespace model_detail
 
-TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name,
-                                                     Trace const& trace, CostModel const& model, Grid grid,
-                                                     TracePage const& page)
+TILEMESH_HOST std::filesystem::path write_trace_page(std::filesystem::path const& folder, std::string const& name, Trace const& trace,
+                                                     CostModel const& model, Grid grid, TracePage const& page)
 {
     model_detail::TracePageFiles files(folder, name, grid, page);
     files.produce(".model.txt", "the cost model", [&](std::ostream& out) { write_cost_model(out, model); });

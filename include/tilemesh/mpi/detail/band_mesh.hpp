@@ -245,10 +245,7 @@ private:
         for (; *text != '\0'; ++text) h = engine::mix(h, static_cast<unsigned char>(*text));
         return engine::mix(h, 0);
     }
-    std::string this_superstep() const
-    {
-        return " [superstep " + std::to_string(this->run_.pass()) + " (" + this->run_.kernel() + ")]";
-    }
+    std::string this_superstep() const { return " [superstep " + std::to_string(this->run_.pass()) + " (" + this->run_.kernel() + ")]"; }
     template <class... P>
     void share_broadcasts(machine::Types<P...>)
     {

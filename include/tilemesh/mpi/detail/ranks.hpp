@@ -43,7 +43,8 @@ struct Mistake {
 };
 
 /// The ranks of a communicator, with a copy of the communicator, so that no message is mixed up with the user's. An error of MPI itself
-/// ends the job. All functions but rank() and size() are collective: every rank calls them in the same order.
+/// ends the job. All functions but rank() and size() are collective: every rank calls them in the same order. MpiMesh
+/// says of those that it shows what they do.
 class Ranks {
 public:
     explicit Ranks(MPI_Comm comm)
@@ -74,19 +75,17 @@ public:
     std::uint32_t rank() const noexcept { return rank_; }
     std::uint32_t size() const noexcept { return size_; }
 
-    /// Replaces n words, each below 2^63, by their least, largest, or sum over all ranks. Sums wrap around, of any words.
     void least(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_MIN); }
     void most(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_MAX); }
     void sum(std::uint64_t* words, std::size_t n) const { reduce(words, n, MPI_SUM); }
 
-    /// Do all ranks give the same word? The least word is the complement of the least complement only then, in signed order too.
+    /// The least word is the complement of the least complement only then, in signed order too.
     bool same(std::uint64_t word) const
     {
         std::uint64_t words[] = {word, ~word};
         least(words, 2);
         return words[0] == ~words[1];
     }
-    /// Runs f, which does not communicate. If it throws on some ranks, every rank throws the Error of the lowest of them.
     template <class F>
     void together(F const& f) const
     {
@@ -113,8 +112,6 @@ public:
         MPI_Bcast(carrier.text, static_cast<int>(Mistake::most_bytes), MPI_CHAR, static_cast<int>(of), comm_);
         return carrier.text;
     }
-    /// Every rank, from the lowest to the highest, calls word = f(word), with the result of the rank before. All ranks return the last
-    /// result. If f throws on some ranks, the others have run, too, and every rank throws as `together`.
     template <class F>
     std::uint64_t in_turn(std::uint64_t word, F const& f) const
     {
@@ -126,7 +123,6 @@ public:
         agree(mistake, [] { return std::string(); });
         return word;
     }
-    /// Rank 0 gets the items of all ranks, in their order; the other ranks then have none.
     template <class T>
     void join(std::vector<T>& items) const
     {
@@ -145,7 +141,6 @@ public:
         join(items.data(), [&](std::uint32_t r) { return sizes[r]; });
         if (rank_ != 0) items.clear();
     }
-    /// The same for a number of items that every rank can tell: n(r) of rank r. On rank 0, room for the items of the others follows its own.
     template <class T, class N>
     void join(T* items, N const& n) const
     {
@@ -160,7 +155,6 @@ public:
                 MPI_Recv(to, bytes, MPI_BYTE, static_cast<int>(r), tag_of_items, comm_, MPI_STATUS_IGNORE);
             });
     }
-    /// Every rank gets the items of rank 0.
     template <class T>
     void share(std::vector<T>& items) const
     {
@@ -170,8 +164,6 @@ public:
         together([&] { items.resize(n); });
         in_pieces(items.data(), n, [&](unsigned char* at, int bytes) { MPI_Bcast(at, bytes, MPI_BYTE, 0, comm_); });
     }
-    /// Sends the items, `counts[r]` of them to rank r, one rank after another. Returns the items that this rank gets, in the order of the
-    /// ranks that sent them; `counts[r]` is then the number of those from rank r. T is trivially copyable. Memory: both lists at once.
     template <class T>
     std::vector<T> deal(std::vector<T> items, std::vector<std::uint64_t>& counts) const
     {

@@ -1,7 +1,6 @@
 #pragma once
 #include <cfloat>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <tilemesh/config.hpp>

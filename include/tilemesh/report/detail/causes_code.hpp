@@ -4,14 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <tilemesh/report/causes.hpp>
 #include <tilemesh/report/detail/enclosed_splats.hpp>
 #include <tilemesh/report/detail/enclosure_code.hpp>
-#include <tilemesh/report/image.hpp>
-#include <tilemesh/splat/rules.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {
 

@@ -1,19 +1,8 @@
 #pragma once
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <map>
 #include <new>
-#include <set>
-#include <string>
-#include <sys/stat.h>
 #include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/distinct_files.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -41,9 +30,8 @@ TILEMESH_HOST void DistinctFiles::write(std::filesystem::path const& path, std::
     add(target, place);
 }
 
-TILEMESH_HOST void DistinctFiles::write_into(std::filesystem::path const& folder,
-                                             std::function<bool(std::string const&)> is_written, std::string const& what,
-                                             std::string const& remedy, Devices devices)
+TILEMESH_HOST void DistinctFiles::write_into(std::filesystem::path const& folder, std::function<bool(std::string const&)> is_written,
+                                             std::string const& what, std::string const& remedy, Devices devices)
 {
     namespace fs = std::filesystem;
     auto const status = find(folder);
@@ -98,8 +86,7 @@ TILEMESH_HOST void DistinctFiles::refuse(Target const& target, std::string const
 }
 
 TILEMESH_HOST std::set<std::string> DistinctFiles::written_names(std::filesystem::path const& folder,
-                                                                 std::function<bool(std::string const&)> const& is_written,
-                                                                 std::string const& remedy)
+                                                                 std::function<bool(std::string const&)> const& is_written, std::string const& remedy)
 {
     std::error_code refused;
     auto const check = [&] {

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <tilemesh/config.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {

@@ -2,25 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <iterator>
 #include <limits>
-#include <memory>
-#include <span>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/detail/ball.hpp>
 #include <tilemesh/report/detail/enclosed_splats.hpp>
 #include <tilemesh/report/detail/large_memory.hpp>
 #include <tilemesh/report/enclosure.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/number_text.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/rules.hpp>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace report::detail {

@@ -1,14 +1,11 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/report/error_measures.hpp>
-#include <tilemesh/report/image.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -20,10 +17,8 @@ inline void expect_finite(Image const& image, std::string const& which)
     for (std::size_t i = 0; i < image.rgb.size(); ++i) {
         if (std::isfinite(image.rgb[i])) continue;
         auto const pixel = i / 3;
-        throw Error("cannot compare (the " + which + " is not finite at pixel " +
-                    std::to_string(pixel % image.width) + ", " +
-                    std::to_string(pixel / image.width) + ", channel " + std::to_string(i % 3) +
-                    "); find what rendered it: no measure covers it");
+        throw Error("cannot compare (the " + which + " is not finite at pixel " + std::to_string(pixel % image.width) + ", " +
+                    std::to_string(pixel / image.width) + ", channel " + std::to_string(i % 3) + "); find what rendered it: no measure covers it");
     }
 }
 
@@ -50,8 +45,7 @@ enum class SsimBorder { repeated, zero };
 
 /// Sum of `weight[k] * at(centre + k - radius)`. A position outside [0, size) is clamped, or adds 0.
 template <SsimBorder border, class Moments>
-SsimMoments ssim_blur(std::array<double, 2 * ssim_radius + 1> const& window, std::uint32_t centre,
-                      std::uint32_t size, Moments&& at)
+SsimMoments ssim_blur(std::array<double, 2 * ssim_radius + 1> const& window, std::uint32_t centre, std::uint32_t size, Moments&& at)
 {
     SsimMoments sum{};
     for (int k = -ssim_radius; k <= ssim_radius; ++k) {
@@ -80,18 +74,16 @@ double mean_ssim(Image const& image, Image const& reference, Counts const& count
         // The window is separable, so blur along x, then along y.
         for (std::uint32_t y = 0; y < image.height; ++y)
             for (std::uint32_t x = 0; x < image.width; ++x)
-                rows[std::size_t{y} * image.width + x] =
-                    ssim_blur<border>(window, x, image.width, [&](std::uint32_t column) {
-                        double const a = image.pixel(column, y)[channel];
-                        double const b = reference.pixel(column, y)[channel];
-                        return SsimMoments{a, b, a * a, b * b, a * b};
-                    });
+                rows[std::size_t{y} * image.width + x] = ssim_blur<border>(window, x, image.width, [&](std::uint32_t column) {
+                    double const a = image.pixel(column, y)[channel];
+                    double const b = reference.pixel(column, y)[channel];
+                    return SsimMoments{a, b, a * a, b * b, a * b};
+                });
         for (std::uint32_t y = 0; y < image.height; ++y)
             for (std::uint32_t x = 0; x < image.width; ++x) {
-                auto const [a, b, aa, bb, ab] = ssim_blur<border>(
-                    window, y, image.height, [&](std::uint32_t row) -> SsimMoments const& {
-                        return rows[std::size_t{row} * image.width + x];
-                    });
+                auto const [a, b, aa, bb, ab] = ssim_blur<border>(window, y, image.height, [&](std::uint32_t row) -> SsimMoments const& {
+                    return rows[std::size_t{row} * image.width + x];
+                });
                 if (!counts(x, y)) continue;
                 ++counted;
                 double const luminance = (2.0 * a * b + c1) / (a * a + b * b + c1);
@@ -105,12 +97,9 @@ double mean_ssim(Image const& image, Image const& reference, Counts const& count
 /// Throws `Error` if two pictures differ in size, have no pixels, or have a value that is not finite.
 inline void expect_comparable(Image const& image, Image const& reference)
 {
-    auto const size_of = [](Image const& of) {
-        return std::to_string(of.width) + " x " + std::to_string(of.height);
-    };
+    auto const size_of = [](Image const& of) { return std::to_string(of.width) + " x " + std::to_string(of.height); };
     if (image.width != reference.width || image.height != reference.height)
-        throw Error("cannot compare (the picture is " + size_of(image) + ", the reference " +
-                    size_of(reference) + "); render both at one size");
+        throw Error("cannot compare (the picture is " + size_of(image) + ", the reference " + size_of(reference) + "); render both at one size");
     for (auto const* each : {&image, &reference})
         if (each->rgb.empty() || each->rgb.size() != std::size_t{3} * each->width * each->height)
             throw Error("cannot compare (" + std::to_string(each->rgb.size()) +
@@ -160,8 +149,7 @@ TILEMESH_HOST ErrorMeasures compare(Image const& image, Image const& reference)
     measures.rmse = std::sqrt(sum_of_squares / n);
     measures.max_levels = 255.0 * *std::max_element(p999, errors.end());
     measures.p999_levels = 255.0 * *p999;
-    measures.psnr_db = measures.rmse > 0.0 ? -20.0 * std::log10(measures.rmse)
-                                           : std::numeric_limits<double>::infinity();
+    measures.psnr_db = measures.rmse > 0.0 ? -20.0 * std::log10(measures.rmse) : std::numeric_limits<double>::infinity();
     measures.ssim = measures.max_levels > 0.0 ? detail::mean_ssim<detail::SsimBorder::repeated>(image, reference, [](auto...) { return true; }) : 1.0;
     measures.mae = sum / n;
     measures.share_over_one_level = static_cast<double>(pixels_over) / (n / 3.0);

@@ -2,18 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <iosfwd>
-#include <optional>
 #include <ostream>
-#include <string>
-#include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/frame_report.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -21,8 +12,7 @@ TILEMESH_HOST std::string numbers_of(FrameReport const& r, std::string_view line
 {
     std::string out;
     for (auto const& field : report_fields)
-        if (field.exact() && field.line == line)
-            out += (out.empty() ? "" : ", ") + thousands(field.count(r)) + " " + std::string(field.phrase);
+        if (field.exact() && field.line == line) out += (out.empty() ? "" : ", ") + thousands(field.count(r)) + " " + std::string(field.phrase);
     if (line != report_field("lost").line || r.lost.empty()) return out;
     std::string separator = " (";
     for (std::uint32_t cause = 0; cause < causes; ++cause) {
@@ -100,8 +90,7 @@ TILEMESH_HOST bool has_line(FrameReport const& r, std::string_view line) noexcep
 
 TILEMESH_HOST UnfinishedTile const& nearest_cut(FrameReport const& r) noexcept
 {
-    return *std::min_element(r.unfinished.begin(), r.unfinished.end(),
-                             [](auto const& a, auto const& b) { return a.depth < b.depth; });
+    return *std::min_element(r.unfinished.begin(), r.unfinished.end(), [](auto const& a, auto const& b) { return a.depth < b.depth; });
 }
 
 }}} // namespace tilemesh::v0_2::report

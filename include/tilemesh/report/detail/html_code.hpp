@@ -1,18 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
+#include <tilemesh/report/detail/plot_code.hpp>
 #include <tilemesh/report/heat_image.hpp>
 #include <tilemesh/report/html.hpp>
-#include <tilemesh/report/plot.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -22,9 +12,7 @@ TILEMESH_HOST std::string base64(std::string_view bytes)
     std::string out;
     out.reserve((bytes.size() + 2) / 3 * 4);
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        auto const byte = [&](std::size_t k) -> std::uint32_t {
-            return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
-        };
+        auto const byte = [&](std::size_t k) -> std::uint32_t { return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u; };
         std::uint32_t const word = byte(0) << 16 | byte(1) << 8 | byte(2);
         for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[word >> (18 - 6 * k) & 63u];
     }
@@ -45,12 +33,15 @@ TILEMESH_HOST std::string html_text(std::string_view text)
 
 namespace detail {
 
-TILEMESH_HOST bool is_number_cell(std::string_view cell) noexcept
+/// The style sheet has rules for words in this many columns of a table.
+inline constexpr std::size_t most_left_columns = 16;
+/// Does a table's cell hold a number: digits with signs, separators or a percent sign?
+inline bool is_number_cell(std::string_view cell) noexcept
 {
     return cell.find_first_of("0123456789") != cell.npos && cell.find_first_not_of("0123456789.,+-e% ") == cell.npos && cell[0] != 'e';
 }
-
-TILEMESH_HOST std::string html_style()
+/// The style sheet of a report.
+inline std::string html_style()
 {
     std::string colours;
     for (int i = 0; i <= 8; ++i) {
@@ -123,16 +114,14 @@ summary h2, summary h3 { display: inline; }
 TILEMESH_HOST auto HtmlReport::figures(std::span<std::pair<std::string, std::string> const> pairs) -> HtmlReport&
 {
     body_ += "<dl class=\"figures\">\n";
-    for (auto const& [what, number] : pairs)
-        body_ += "<div><dt>" + html_text(what) + "</dt><dd>" + html_text(number) + "</dd></div>\n";
+    for (auto const& [what, number] : pairs) body_ += "<div><dt>" + html_text(what) + "</dt><dd>" + html_text(number) + "</dd></div>\n";
     return add("</dl>\n");
 }
 
 TILEMESH_HOST auto HtmlReport::key_values(std::span<std::pair<std::string, std::string> const> pairs) -> HtmlReport&
 {
     body_ += "<div class=\"scroll\"><table class=\"pairs\">\n";
-    for (auto const& [key, value] : pairs)
-        body_ += "<tr><th>" + html_text(key) + "</th><td>" + html_text(value) + "</td></tr>\n";
+    for (auto const& [key, value] : pairs) body_ += "<tr><th>" + html_text(key) + "</th><td>" + html_text(value) + "</td></tr>\n";
     return add("</table></div>\n");
 }
 
@@ -168,8 +157,7 @@ TILEMESH_HOST auto HtmlReport::table(std::vector<std::string> const& headers, st
 TILEMESH_HOST auto HtmlReport::svg(std::string_view document) -> HtmlReport&
 {
     if (!document.starts_with("<svg"))
-        throw Error(
-            "a diagram of the report cannot be written (it does not begin with <svg); give the text that svg() returns");
+        throw Error("a diagram of the report cannot be written (it does not begin with <svg); give the text that svg() returns");
     for (char const* element : {"<script", "<image", "<use", "<foreignObject", "<a ", "<style"})
         if (document.find(element) != std::string_view::npos)
             throw Error("a diagram of the report cannot be written (it has an element " + std::string(element + 1) +

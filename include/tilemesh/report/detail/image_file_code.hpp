@@ -4,23 +4,17 @@
 #include <bit>
 #include <cerrno>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <ios>
 #include <limits>
 #include <locale>
 #include <span>
 #include <sstream>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/image_file.hpp>
-#include <tilemesh/report/whole_file.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -33,8 +27,7 @@ inline std::string last_system_error()
 
 inline void expect_pixels(Image const& image, std::string const& action)
 {
-    if (image.width == 0 || image.height == 0)
-        throw Error("cannot " + action + " (the picture has no pixels); render a frame first");
+    if (image.width == 0 || image.height == 0) throw Error("cannot " + action + " (the picture has no pixels); render a frame first");
     if (image.rgb.size() != std::size_t{3} * image.width * image.height)
         throw Error("cannot " + action + " (" + std::to_string(image.rgb.size()) +
                     " floats are not 3 x width x height); keep rgb in step with the size");
@@ -123,8 +116,7 @@ TILEMESH_HOST std::string bmp(Image const& image)
 TILEMESH_HOST void write_ppm(std::filesystem::path const& path, Image const& image)
 {
     detail::expect_pixels(image, "write " + path.string());
-    auto const header =
-        "P6\n" + std::to_string(image.width) + ' ' + std::to_string(image.height) + "\n255\n";
+    auto const header = "P6\n" + std::to_string(image.width) + ' ' + std::to_string(image.height) + "\n255\n";
     write_whole(path, header, rgb8(image));
 }
 
@@ -172,14 +164,12 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     double scale = 0.0;
     header >> width >> height >> scale;
     // One white-space character ends the header. If it is missing, the file is cut short.
-    if (!header ||
-        std::string_view{" \t\r\n"}.find(static_cast<char>(header.get())) == std::string_view::npos)
+    if (!header || std::string_view{" \t\r\n"}.find(static_cast<char>(header.get())) == std::string_view::npos)
         fail("the header is not \"PF width height scale\"", write_again);
     constexpr std::int64_t largest = std::numeric_limits<std::uint32_t>::max();
     if (width < 1 || height < 1 || width > largest || height > largest)
         fail("its size is " + std::to_string(width) + " x " + std::to_string(height), write_again);
-    if (!(std::abs(scale) == 1.0))
-        fail("its scale is " + std::to_string(scale) + ", only 1 and -1 are read", write_again);
+    if (!(std::abs(scale) == 1.0)) fail("its scale is " + std::to_string(scale) + ", only 1 and -1 are read", write_again);
 
     // Compare by division: width * height * 12 may not fit into 64 bits.
     auto const start = static_cast<std::uint64_t>(header.tellg()) + 2;
@@ -187,8 +177,7 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     auto const w = static_cast<std::uint64_t>(width);
     auto const h = static_cast<std::uint64_t>(height);
     if (body % 12 != 0 || body / 12 % w != 0 || body / 12 / w != h)
-        fail("its " + std::to_string(body) + " bytes of pixels are not those of " +
-                 std::to_string(width) + " x " + std::to_string(height),
+        fail("its " + std::to_string(body) + " bytes of pixels are not those of " + std::to_string(width) + " x " + std::to_string(height),
              "it is truncated or damaged: " + write_again);
 
     Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
@@ -199,8 +188,7 @@ TILEMESH_HOST Image read_pfm(std::filesystem::path const& path)
     for (std::uint32_t y = image.height; y-- > 0;) {
         in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size()));
         if (!in) fail("it ends in row " + std::to_string(y), write_again);
-        for (std::size_t i = 0; i < std::size_t{3} * image.width; ++i)
-            image.pixel(0, y)[i] = detail::load_float(&row[4 * i], order);
+        for (std::size_t i = 0; i < std::size_t{3} * image.width; ++i) image.pixel(0, y)[i] = detail::load_float(&row[4 * i], order);
     }
     return image;
 }

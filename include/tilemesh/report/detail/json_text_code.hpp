@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
-#include <string_view>
-#include <tilemesh/config.hpp>
 #include <tilemesh/report/json_text.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -38,12 +33,9 @@ TILEMESH_HOST std::string json_string(std::string_view text)
     while (!text.empty()) {
         auto const c = static_cast<unsigned char>(text[0]);
         auto const at = detail::character_at(text);
-        if (auto const letter = escaped.find(text[0]); letter != escaped.npos)
-            (out += '\\') += letters[letter];
-        else if (c < 0x20)
-            ((out += "\\u00") += hexadecimal[c >> 4]) += hexadecimal[c & 15u];
-        else
-            out += at.whole ? text.substr(0, at.bytes) : std::string_view("\xef\xbf\xbd");
+        if (auto const letter = escaped.find(text[0]); letter != escaped.npos) (out += '\\') += letters[letter];
+        else if (c < 0x20) ((out += "\\u00") += hexadecimal[c >> 4]) += hexadecimal[c & 15u];
+        else out += at.whole ? text.substr(0, at.bytes) : std::string_view("\xef\xbf\xbd");
         text.remove_prefix(at.bytes);
     }
     return out + '"';

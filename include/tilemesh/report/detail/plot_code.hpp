@@ -3,30 +3,26 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <map>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
 
-TILEMESH_HOST std::string plot_number(double value, int decimals)
+/// The palette of Okabe and Ito (2008), black first.
+inline constexpr std::array<char const*, 8> plot_colours = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7", "#999999"};
+
+/// A number as plain decimals, without a locale.
+inline std::string plot_number(double value, int decimals)
 {
     auto const out = tilemesh::decimals(value, decimals);
     return out.find_first_not_of("-0.") == std::string::npos && out[0] == '-' ? out.substr(1) : out; // no -0.0
 }
-
-TILEMESH_HOST std::string plot_text(std::string_view text)
+inline std::string plot_text(std::string_view text)
 {
     std::string out;
     for (char const c : text) switch (c) {
@@ -48,79 +44,119 @@ TILEMESH_HOST std::string plot_text(std::string_view text)
     return out;
 }
 
-TILEMESH_HOST PlotRange::PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px, double to_px)
-    : log_(axis.scale == PlotScale::logarithmic), from_px_(from_px), to_px_(to_px)
-{
-    for (auto const& bound : {axis.low, axis.high})
-        if (bound && (!std::isfinite(*bound) || (log_ && !(*bound > 0))))
-            refuse(which, "a bound of it is not finite, or not above 0 on a logarithmic scale");
-    low_ = axis.low.value_or(least), high_ = axis.high.value_or(most);
-    if (low_ > high_ && !(axis.low && axis.high)) // there is no value, or all values are beyond the one given bound
-        low_ = axis.low.value_or(log_ ? high_ / 10 : high_ - 1), high_ = axis.high.value_or(log_ ? low_ * 10 : low_ + 1);
-    if (!std::isfinite(low_) || !std::isfinite(high_)) low_ = 1, high_ = 10; // there is no value
-    if (log_ && !(low_ > 0)) refuse(which, "a value of 0 or below has no place on a logarithmic scale");
-    if (axis.low && axis.high && !(low_ < high_)) refuse(which, "its bounds are not in order");
-    if (!(low_ < high_)) { // there is one value: add room on both sides
-        double const room = low_ == 0 ? 1 : std::fabs(low_) / 2;
-        if (!axis.low) low_ = log_ ? low_ / 2 : low_ - room;
-        if (!axis.high) high_ = log_ ? high_ * 2 : high_ + room;
+struct PlotTick {
+    double at;
+    std::string text;
+};
+
+/// Maps a range of values to a range of pixels.
+class PlotRange {
+public:
+    PlotRange(PlotAxis const& axis, char const* which, double least, double most, double from_px, double to_px)
+        : log_(axis.scale == PlotScale::logarithmic), from_px_(from_px), to_px_(to_px)
+    {
+        for (auto const& bound : {axis.low, axis.high})
+            if (bound && (!std::isfinite(*bound) || (log_ && !(*bound > 0))))
+                refuse(which, "a bound of it is not finite, or not above 0 on a logarithmic scale");
+        low_ = axis.low.value_or(least), high_ = axis.high.value_or(most);
+        if (low_ > high_ && !(axis.low && axis.high)) // there is no value, or all values are beyond the one given bound
+            low_ = axis.low.value_or(log_ ? high_ / 10 : high_ - 1), high_ = axis.high.value_or(log_ ? low_ * 10 : low_ + 1);
+        if (!std::isfinite(low_) || !std::isfinite(high_)) low_ = 1, high_ = 10; // there is no value
+        if (log_ && !(low_ > 0)) refuse(which, "a value of 0 or below has no place on a logarithmic scale");
+        if (axis.low && axis.high && !(low_ < high_)) refuse(which, "its bounds are not in order");
+        if (!(low_ < high_)) { // there is one value: add room on both sides
+            double const room = low_ == 0 ? 1 : std::fabs(low_) / 2;
+            if (!axis.low) low_ = log_ ? low_ / 2 : low_ - room;
+            if (!axis.high) high_ = log_ ? high_ * 2 : high_ + room;
+        }
+        if (!std::isfinite(high_ - low_) || !(low_ < high_) || (log_ && !(low_ > 0))) refuse(which, "it spans more than a double holds");
+        log_ ? log_ticks() : linear_ticks(!axis.low, !axis.high);
     }
-    if (!std::isfinite(high_ - low_) || !(low_ < high_) || (log_ && !(low_ > 0))) refuse(which, "it spans more than a double holds");
-    log_ ? log_ticks() : linear_ticks(!axis.low, !axis.high);
-}
-
-TILEMESH_HOST double PlotRange::px(double value) const
-{
-    double const t = log_ ? std::log(value / low_) / std::log(high_ / low_) : (value - low_) / (high_ - low_);
-    return from_px_ + t * (to_px_ - from_px_);
-}
-
-TILEMESH_HOST void PlotRange::refuse(char const* which, char const* why)
-{
-    throw Error(std::string("the ") + which + " axis cannot be drawn (" + why + "); choose other bounds or a linear scale");
-}
-
-TILEMESH_HOST void PlotRange::linear_ticks(bool widen_low, bool widen_high)
-{
-    double const raw = (high_ - low_) / 5;
-    int const exponent = static_cast<int>(std::floor(std::log10(raw)));
-    double const unit = std::pow(10.0, exponent);
-    double const step = raw / unit > 5 ? 10 * unit : raw / unit > 2 ? 5 * unit : raw / unit > 1 ? 2 * unit : unit;
-    if (widen_low) low_ = std::floor(low_ / step) * step;
-    if (widen_high) high_ = std::ceil(high_ / step) * step;
-    int const decimals = std::clamp(-static_cast<int>(std::floor(std::log10(step) + 1e-9)), 0, 300);
-    double const first = std::ceil(low_ / step - 1e-9);
-    for (int i = 0; i <= 20 && (first + i) * step <= high_ + 1e-9 * step; ++i)
-        ticks_.push_back({(first + i) * step, plot_number((first + i) * step, decimals)});
-}
-
-TILEMESH_HOST void PlotRange::log_ticks()
-{
-    int const begin = static_cast<int>(std::floor(std::log10(low_))), end = static_cast<int>(std::ceil(std::log10(high_)));
-    int const skip = std::max(1, (end - begin) / 10);
-    auto const add = [&](auto const& factors) {
-        ticks_.clear();
-        for (int e = begin; e <= end; e += skip)
-            for (int const times : factors) {
-                double const at = times * std::pow(10.0, e);
-                if (at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
-                bool const short_form = e < -3 || e > 5; // 0.000001 would overlap the axis' label
-                ticks_.push_back(
-                    {at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
-            }
-        return ticks_.size() >= 3;
-    };
-    if (end - begin > 4) add(std::array{1});
-    else if (!add(std::array{1, 2, 5}) && !add(std::array{1, 2, 3, 4, 5, 6, 7, 8, 9})) {
-        ticks_.clear();
-        linear_ticks(false, false);
+    double px(double value) const
+    {
+        double const t = log_ ? std::log(value / low_) / std::log(high_ / low_) : (value - low_) / (high_ - low_);
+        return from_px_ + t * (to_px_ - from_px_);
     }
-}
+    bool has(double value) const { return !log_ || value > 0; }
+    std::vector<PlotTick> const& ticks() const { return ticks_; }
 
-TILEMESH_HOST std::string place_text(PlotPlace const& at)
+private:
+    [[noreturn]] static void refuse(char const* which, char const* why)
+    {
+        throw Error(std::string("the ") + which + " axis cannot be drawn (" + why + "); choose other bounds or a linear scale");
+    }
+    /// About five ticks, at steps of 1, 2 or 5 times a power of ten.
+    void linear_ticks(bool widen_low, bool widen_high)
+    {
+        double const raw = (high_ - low_) / 5;
+        int const exponent = static_cast<int>(std::floor(std::log10(raw)));
+        double const unit = std::pow(10.0, exponent);
+        double const step = raw / unit > 5 ? 10 * unit : raw / unit > 2 ? 5 * unit : raw / unit > 1 ? 2 * unit : unit;
+        if (widen_low) low_ = std::floor(low_ / step) * step;
+        if (widen_high) high_ = std::ceil(high_ / step) * step;
+        int const decimals = std::clamp(-static_cast<int>(std::floor(std::log10(step) + 1e-9)), 0, 300);
+        double const first = std::ceil(low_ / step - 1e-9);
+        for (int i = 0; i <= 20 && (first + i) * step <= high_ + 1e-9 * step; ++i)
+            ticks_.push_back({(first + i) * step, plot_number((first + i) * step, decimals)});
+    }
+    /// A tick at every power of ten. If these are few, also at 2 and 5 times each power, or at all whole multiples, or at linear steps.
+    void log_ticks()
+    {
+        int const begin = static_cast<int>(std::floor(std::log10(low_))), end = static_cast<int>(std::ceil(std::log10(high_)));
+        int const skip = std::max(1, (end - begin) / 10);
+        auto const add = [&](auto const& factors) {
+            ticks_.clear();
+            for (int e = begin; e <= end; e += skip)
+                for (int const times : factors) {
+                    double const at = times * std::pow(10.0, e);
+                    if (at < low_ * (1 - 1e-9) || at > high_ * (1 + 1e-9)) continue;
+                    bool const short_form = e < -3 || e > 5; // 0.000001 would overlap the axis' label
+                    ticks_.push_back({at, short_form ? std::to_string(times) + "e" + std::to_string(e) : plot_number(at, std::clamp(-e, 0, 300))});
+                }
+            return ticks_.size() >= 3;
+        };
+        if (end - begin > 4) add(std::array{1});
+        else if (!add(std::array{1, 2, 5}) && !add(std::array{1, 2, 3, 4, 5, 6, 7, 8, 9})) {
+            ticks_.clear();
+            linear_ticks(false, false);
+        }
+    }
+
+    bool log_;
+    double from_px_, to_px_, low_ = 0, high_ = 0;
+    std::vector<PlotTick> ticks_;
+};
+
+/// A place in tenths of a pixel: places that look the same are equal.
+using PlotPlace = std::array<long, 2>;
+inline std::string place_text(PlotPlace const& at)
 {
     return plot_number(static_cast<double>(at[0]) / 10, 1) + " " + plot_number(static_cast<double>(at[1]) / 10, 1);
 }
+
+/// For each piece of line and each dot of a plot: the series that draw it, in order.
+struct PlotShares {
+    using Piece = std::array<PlotPlace, 2>;
+    using Owners = std::vector<std::size_t>; ///< indices of series, in order
+    std::map<Piece, Owners> lines;
+    std::map<PlotPlace, Owners> dots;
+    /// Adds a series to the owners of a piece or dot. A piece that a series draws twice counts once.
+    template <class Key>
+    static void own(std::map<Key, Owners>& of, Key const& key, std::size_t series)
+    {
+        auto& owners = of[key];
+        if (owners.empty() || owners.back() != series) owners.push_back(series);
+    }
+    /// The number of owners of a piece or dot, and the number of owners before this series.
+    template <class Key>
+    static std::array<std::size_t, 2> share(std::map<Key, Owners> const& of, Key const& key, std::size_t series)
+    {
+        auto const found = of.find(key);
+        if (found == of.end()) return {1, 0};
+        auto const& owners = found->second;
+        return {owners.size(), static_cast<std::size_t>(std::find(owners.begin(), owners.end(), series) - owners.begin())};
+    }
+};
 
 } // namespace detail
 
@@ -138,8 +174,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
     for (auto const& series : plot.series) {
         longest = std::max(longest, series.name.size());
         for (auto const& [x, y] : series.points) {
-            if (!std::isfinite(x))
-                throw Error("series \"" + series.name + "\" cannot be drawn (an x of it is not finite); leave that point out");
+            if (!std::isfinite(x)) throw Error("series \"" + series.name + "\" cannot be drawn (an x of it is not finite); leave that point out");
             least[0] = std::min(least[0], x), most[0] = std::max(most[0], x);
             infinite = infinite || (std::isinf(y) && y > 0);
             if (std::isfinite(y)) least[1] = std::min(least[1], y), most[1] = std::max(most[1], y);
@@ -214,8 +249,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
                 continue;
             }
             if (!x.has(at) || (std::isfinite(value) && !y.has(value)))
-                throw Error("series \"" + series.name +
-                            "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
+                throw Error("series \"" + series.name + "\" cannot be drawn (a value of 0 or below on a logarithmic scale); choose a linear scale");
             auto const tenths = [](double px) { return std::lround(10 * std::clamp(px, -1e6, 1e6)); }; // a value may be far outside
             PlotPlace const place = {tenths(x.px(at)), tenths(std::isfinite(value) ? y.px(value) : infinity_px)};
             drawn[i].dots.push_back(place);
@@ -242,8 +276,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
         for (auto const& points : drawn[i].lines) {
             bool on_path = false;
             for (std::size_t p = 0; p < points.size(); ++p) {
-                auto const share = p == 0 ? std::array<std::size_t, 2>{1, 0}
-                                          : detail::PlotShares::share(shares.lines, {points[p - 1], points[p]}, i);
+                auto const share = p == 0 ? std::array<std::size_t, 2>{1, 0} : detail::PlotShares::share(shares.lines, {points[p - 1], points[p]}, i);
                 if (share[0] > 1) {
                     shared[share].append("M").append(detail::place_text(points[p - 1])).append("L").append(detail::place_text(points[p]));
                     on_path = false;
@@ -277,8 +310,7 @@ TILEMESH_HOST std::string svg(Plot const& plot)
         }
         double const row = top + 8 + 18 * static_cast<double>(i);
         if (series.line == PlotLine::none)
-            out += "<circle cx=\"" + number(right + 27) + "\" cy=\"" + number(row) + radius + "\" fill=\"" + colour + "\"" + strength +
-                   "/>\n";
+            out += "<circle cx=\"" + number(right + 27) + "\" cy=\"" + number(row) + radius + "\" fill=\"" + colour + "\"" + strength + "/>\n";
         else out += "<path d=\"M" + number(right + 12) + " " + number(row) + "h30\"" + stroke + strength + "/>\n";
         text(right + 48, row + 4, "", series.name);
     }

@@ -1,19 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <optional>
-#include <span>
-#include <tilemesh/joined_threads.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/rules.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 
@@ -41,15 +28,13 @@ TILEMESH_HOST Matrix3 operator*(Matrix3 const& a, Matrix3 const& b)
 
 TILEMESH_HOST Matrix3 transpose(Matrix3 const& m)
 {
-    return {
-        {{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
+    return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
 
 TILEMESH_HOST Matrix3 rotation_of(float const (&quaternion)[4])
 {
-    double const length =
-        std::sqrt(double{quaternion[0]} * quaternion[0] + double{quaternion[1]} * quaternion[1] +
-                  double{quaternion[2]} * quaternion[2] + double{quaternion[3]} * quaternion[3]);
+    double const length = std::sqrt(double{quaternion[0]} * quaternion[0] + double{quaternion[1]} * quaternion[1] +
+                                    double{quaternion[2]} * quaternion[2] + double{quaternion[3]} * quaternion[3]);
     double const w = quaternion[0] / length;
     double const x = quaternion[1] / length;
     double const y = quaternion[2] / length;
@@ -78,8 +63,7 @@ TILEMESH_HOST double harmonic(int l, int m, double x, double y, double z)
     }
     double const norm = std::sqrt((2.0 * l + 1.0) / (4.0 * pi) * factorials);
     if (m == 0) return norm * legendre;
-    return sign * std::sqrt(2.0) * norm * legendre *
-           (m > 0 ? std::cos(order * phi) : std::sin(order * phi));
+    return sign * std::sqrt(2.0) * norm * legendre * (m > 0 ? std::cos(order * phi) : std::sin(order * phi));
 }
 
 TILEMESH_HOST ReferenceSpan span_of_tiles(double mean, double radius)
@@ -98,9 +82,8 @@ TILEMESH_HOST ReferenceSpan common(ReferenceSpan const& a, ReferenceSpan const& 
     return {std::max(a.first, b.first), std::min(a.last, b.last)};
 }
 
-TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin,
-                                        std::uint32_t end, std::uint32_t width, CutOffs const& cuts, std::span<double> rgb,
-                                        std::span<double> transmittance) noexcept
+TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_first, std::uint32_t begin, std::uint32_t end, std::uint32_t width,
+                                        CutOffs const& cuts, std::span<double> rgb, std::span<double> transmittance) noexcept
 {
     for (auto const& splat : nearest_first)
         for (auto y = std::max(begin, splat.first_y); y < end && y <= splat.last_y; ++y)
@@ -110,8 +93,7 @@ TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_
                 if (through < cuts.transmittance_min) continue;
                 double const dx = x + 0.5 - splat.mean_x;
                 double const dy = y + 0.5 - splat.mean_y;
-                double const power = -0.5 * (splat.conic_xx * dx * dx + splat.conic_yy * dy * dy) -
-                                     splat.conic_xy * dx * dy;
+                double const power = -0.5 * (splat.conic_xx * dx * dx + splat.conic_yy * dy * dy) - splat.conic_xy * dx * dy;
                 // Rounding can make the form positive if the ellipse is a needle.
                 double alpha = splat.opacity * std::exp(std::min(power, 0.0));
                 if (alpha < cuts.alpha_min) continue;
@@ -121,8 +103,7 @@ TILEMESH_HOST void blend_reference_rows(std::span<ReferenceSplat const> nearest_
                     through = -through; // below any limit
                     continue;
                 }
-                for (std::size_t i = 0; i < 3; ++i)
-                    rgb[3 * pixel + i] += through * alpha * splat.colour[i];
+                for (std::size_t i = 0; i < 3; ++i) rgb[3 * pixel + i] += through * alpha * splat.colour[i];
                 through = behind;
             }
 }

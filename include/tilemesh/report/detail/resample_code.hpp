@@ -2,17 +2,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <string>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
 #include <tilemesh/report/resample.hpp>
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
 
-TILEMESH_HOST double cubic(double x)
+/// The weights of one output pixel along one axis, in units of 2^-22, for the input pixels from `first` on.
+struct Taps {
+    std::size_t first = 0;
+    std::vector<std::int32_t> weights;
+};
+/// 22: eight bits of a value, two bits for sums of weights above 1 and the sign leave 22 of 32.
+inline constexpr int tap_bits = 22;
+
+/// Keys' cubic convolution with a = -0.5 (IEEE Trans. ASSP 29, 1981).
+inline double cubic(double x)
 {
     x = std::fabs(x);
     if (x < 1.0) return (1.5 * x - 2.5) * x * x + 1.0;
@@ -20,7 +26,8 @@ TILEMESH_HOST double cubic(double x)
     return 0.0;
 }
 
-TILEMESH_HOST std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
+/// The cubic, stretched by the ratio of the sizes if the picture shrinks, sampled at the centres of the input pixels, and normalised.
+inline std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
 {
     double const scale = static_cast<double>(from) / to, stretch = std::max(scale, 1.0), reach = 2.0 * stretch;
     std::vector<Taps> taps(to);
@@ -36,10 +43,18 @@ TILEMESH_HOST std::vector<Taps> taps_of(std::uint32_t from, std::uint32_t to)
             sum += weights.back();
         }
         taps[out].first = static_cast<std::size_t>(first);
-        for (double const weight : weights)
-            taps[out].weights.push_back(static_cast<std::int32_t>(std::round(weight / sum * (1 << tap_bits))));
+        for (double const weight : weights) taps[out].weights.push_back(static_cast<std::int32_t>(std::round(weight / sum * (1 << tap_bits))));
     }
     return taps;
+}
+
+/// The rounded, clamped level of a weighted sum of levels. `at(k)` is the level at the k-th tap.
+template <class At>
+std::uint8_t level_of(Taps const& taps, At const& at)
+{
+    std::int64_t sum = std::int64_t{1} << (tap_bits - 1);
+    for (std::size_t k = 0; k < taps.weights.size(); ++k) sum += std::int64_t{taps.weights[k]} * at(taps.first + k);
+    return static_cast<std::uint8_t>(std::clamp<std::int64_t>(sum >> tap_bits, 0, 255));
 }
 
 } // namespace detail
@@ -51,9 +66,8 @@ TILEMESH_HOST Image resized_as_photograph(Image const& photograph, std::uint32_t
         throw Error("cannot resize a picture of " + std::to_string(photograph.width) + " x " + std::to_string(photograph.height) + " pixels to " +
                     std::to_string(width) + " x " + std::to_string(height) + " (each side is 1 to 65535); choose other sizes");
     std::vector<std::uint8_t> levels(photograph.rgb.size());
-    std::transform(photograph.rgb.begin(), photograph.rgb.end(), levels.begin(), [](float value) {
-        return static_cast<std::uint8_t>(255.0 * std::clamp(static_cast<double>(value), 0.0, 1.0) + 0.5);
-    });
+    std::transform(photograph.rgb.begin(), photograph.rgb.end(), levels.begin(),
+                   [](float value) { return static_cast<std::uint8_t>(255.0 * std::clamp(static_cast<double>(value), 0.0, 1.0) + 0.5); });
     auto const across = detail::taps_of(photograph.width, width), down = detail::taps_of(photograph.height, height);
     std::vector<std::uint8_t> rows(std::size_t{3} * width * photograph.height);
     for (std::size_t y = 0; y < photograph.height; ++y)

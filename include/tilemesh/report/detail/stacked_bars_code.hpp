@@ -1,16 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/plot.hpp>
+#include <tilemesh/report/detail/plot_code.hpp>
 #include <tilemesh/report/stacked_bars.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
 namespace detail {
@@ -58,8 +51,7 @@ TILEMESH_HOST std::string svg(StackedBars const& chart)
             sum += v;
         }
         if (!good || !std::isfinite(sum) || !std::isfinite(along + bar.width))
-            throw Error("bar \"" + bar.name + "\" cannot be drawn (it has another number of values than " +
-                        std::to_string(chart.parts.size()) +
+            throw Error("bar \"" + bar.name + "\" cannot be drawn (it has another number of values than " + std::to_string(chart.parts.size()) +
                         ", or one or a width that is negative or not finite); correct it");
         highest = std::max(highest, sum);
         along += bar.width;
@@ -102,8 +94,7 @@ TILEMESH_HOST std::string svg(StackedBars const& chart)
     double flag_px = chart.spans.empty() || rows ? 0 : 14;
     for (auto const& flag : flags) flag_px = std::max(flag_px, 16 * static_cast<double>(flag.row) + 30);
     double const top = 36 + flag_px;
-    double const bottom = rows ? top + row_px * static_cast<double>(std::max<std::size_t>(chart.bars.size(), 1)) + 6
-                               : chart.height - 52.0 + flag_px;
+    double const bottom = rows ? top + row_px * static_cast<double>(std::max<std::size_t>(chart.bars.size(), 1)) + 6 : chart.height - 52.0 + flag_px;
     detail::PlotRange const y(values, "y", 0, highest > 0 ? highest : 1, bottom, top);
     auto const height = static_cast<std::uint32_t>(std::ceil(std::max(bottom + 52, top + 18 * static_cast<double>(chart.parts.size()))));
 

@@ -1,17 +1,6 @@
 #pragma once
-#include <cerrno>
-#include <cstddef>
-#include <cstdio>
-#include <fcntl.h>
-#include <filesystem>
 #include <new>
-#include <span>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <tilemesh/error.hpp>
 #include <tilemesh/report/whole_file.hpp>
-#include <unistd.h>
 #include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace report {
@@ -75,8 +64,7 @@ TILEMESH_HOST WholeFile::WholeFile(std::filesystem::path const& path, std::strin
 
 TILEMESH_HOST WholeFile::WholeFile(std::FILE* stream, std::string what, std::string remedy)
     : what_(std::move(what)), remedy_(std::move(remedy)), file_(stream), owned_(false)
-{
-}
+{}
 
 TILEMESH_HOST WholeFile::~WholeFile()
 {
@@ -116,8 +104,7 @@ TILEMESH_HOST void WholeFile::fail(std::error_code why) const
     throw Error("cannot write " + what_ + " (" + why.message() + "); " + remedy_);
 }
 
-TILEMESH_HOST void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body,
-                               Outlasts outlasts)
+TILEMESH_HOST void write_whole(std::filesystem::path const& path, std::string_view header, std::span<std::byte const> body, Outlasts outlasts)
 {
     WholeFile file(path, std::to_string(header.size() + body.size()) + " bytes", outlasts);
     file.put(header);

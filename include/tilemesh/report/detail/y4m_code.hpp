@@ -1,14 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <filesystem>
-#include <string>
-#include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
-#include <tilemesh/report/image.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/report/y4m.hpp>
 #include <utility>
 
@@ -39,18 +31,15 @@ TILEMESH_HOST std::string y4m_frame(Image const& picture)
     return frame;
 }
 
-TILEMESH_HOST Y4mVideo::Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height,
-                                 FrameRate rate, Outlasts outlasts)
+TILEMESH_HOST Y4mVideo::Y4mVideo(std::filesystem::path const& path, std::uint32_t width, std::uint32_t height, FrameRate rate, Outlasts outlasts)
     : width_(width), height_(height), header_(checked_header(rate)),
       file_(path, std::to_string(std::size_t{3} * width * height + 6) + " bytes per frame", outlasts)
-{
-}
+{}
 
 TILEMESH_HOST Y4mVideo::Y4mVideo(std::FILE* stream, std::string what, std::uint32_t width, std::uint32_t height, FrameRate rate)
     : width_(width), height_(height), header_(checked_header(rate)),
       file_(stream, std::move(what), "send it to a program that reads it to its end, or to a file with room")
-{
-}
+{}
 
 TILEMESH_HOST void Y4mVideo::add(Image const& picture)
 {

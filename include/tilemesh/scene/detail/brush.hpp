@@ -12,11 +12,7 @@ namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 /// PCG32 (O'Neill 2014, XSH-RR 64/32). It uses integers only, so every platform draws the same numbers.
 class Pcg32 {
 public:
-    explicit Pcg32(std::uint64_t seed, std::uint64_t stream = 54)
-        : state_(seed + (stream << 1 | 1)), increment_(stream << 1 | 1)
-    {
-        next();
-    }
+    explicit Pcg32(std::uint64_t seed, std::uint64_t stream = 54) : state_(seed + (stream << 1 | 1)), increment_(stream << 1 | 1) { next(); }
 
     std::uint32_t next()
     {
@@ -39,9 +35,8 @@ private:
 inline double value_noise(double x, double y, std::uint32_t seed)
 {
     auto const lattice = [&](double cell_x, double cell_y) {
-        std::uint32_t h =
-            seed + 0x9e3779b9u * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_x)) +
-            0x85ebca6bu * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_y));
+        std::uint32_t h = seed + 0x9e3779b9u * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_x)) +
+                          0x85ebca6bu * static_cast<std::uint32_t>(static_cast<std::int32_t>(cell_y));
         h = (h ^ (h >> 16)) * 0x7feb352du;
         h = (h ^ (h >> 15)) * 0x846ca68bu;
         return (h ^ (h >> 16)) * 0x1p-32;
@@ -50,8 +45,7 @@ inline double value_noise(double x, double y, std::uint32_t seed)
     double u = x - cell_x, v = y - cell_y;
     u *= u * (3.0 - 2.0 * u), v *= v * (3.0 - 2.0 * v);
     double const top = lattice(cell_x, cell_y) * (1.0 - u) + lattice(cell_x + 1.0, cell_y) * u;
-    double const bottom =
-        lattice(cell_x, cell_y + 1.0) * (1.0 - u) + lattice(cell_x + 1.0, cell_y + 1.0) * u;
+    double const bottom = lattice(cell_x, cell_y + 1.0) * (1.0 - u) + lattice(cell_x + 1.0, cell_y + 1.0) * u;
     return top * (1.0 - v) + bottom * v;
 }
 
@@ -70,8 +64,7 @@ public:
 
     /// One Gaussian with standard deviations `sigma` along the columns of `axes`, which are
     /// orthonormal.
-    void dab(glm::dvec3 place, glm::dmat3 const& axes, glm::dvec3 sigma, glm::dvec3 colour,
-             double opacity)
+    void dab(glm::dvec3 place, glm::dmat3 const& axes, glm::dvec3 sigma, glm::dvec3 colour, double opacity)
     {
         splat::Gaussian g{};
         for (int i = 0; i < 3; ++i) {
@@ -90,19 +83,16 @@ public:
     void touch(Touch const& t, double fill = 0.68)
     {
         double const thin = 0.06 * std::fmin(t.spacing_u, t.spacing_v);
-        dab(t.place, {t.along_u, t.along_v, glm::cross(t.along_u, t.along_v)},
-            {fill * t.spacing_u, fill * t.spacing_v, thin}, t.colour, opacity());
+        dab(t.place, {t.along_u, t.along_v, glm::cross(t.along_u, t.along_v)}, {fill * t.spacing_u, fill * t.spacing_v, thin}, t.colour, opacity());
     }
 
     /// A thread from a to b: a needle of radius `radius` that overlaps the next one of a chain.
     void needle(glm::dvec3 a, glm::dvec3 b, double radius, glm::dvec3 colour)
     {
         glm::dvec3 const along = glm::normalize(b - a);
-        glm::dvec3 const helper =
-            std::fabs(along.y) < 0.9 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{1.0, 0.0, 0.0};
+        glm::dvec3 const helper = std::fabs(along.y) < 0.9 ? glm::dvec3{0.0, 1.0, 0.0} : glm::dvec3{1.0, 0.0, 0.0};
         glm::dvec3 const side = glm::normalize(glm::cross(helper, along));
-        dab(0.5 * (a + b), {along, side, glm::cross(along, side)},
-            {0.4 * glm::length(b - a), radius, radius}, colour, opacity());
+        dab(0.5 * (a + b), {along, side, glm::cross(along, side)}, {0.4 * glm::length(b - a), radius, radius}, colour, opacity());
     }
 
     /// 3 % are exactly opaque, as in maps that SLAM makes. The others are 0.85 to 0.98.

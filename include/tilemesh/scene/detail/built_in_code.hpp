@@ -1,11 +1,7 @@
 #pragma once
-#include <glm/vec3.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/detail/desk.hpp>
-#include <tilemesh/scene/map.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -19,8 +15,7 @@ TILEMESH_HOST Map built_in_map()
 
 TILEMESH_HOST splat::Camera built_in_camera(Size size)
 {
-    return make_camera(look_at(detail::desk_eye, {0.0, -0.215, 0.10}),
-                       lens_from_field_of_view(60.0, size));
+    return make_camera(look_at(detail::desk_eye, {0.0, -0.215, 0.10}), lens_from_field_of_view(60.0, size));
 }
 
 }}} // namespace tilemesh::scene

@@ -1,18 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
 #include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/demand.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/records.hpp>
-#include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/lens_point.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 

@@ -4,21 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <initializer_list>
-#include <istream>
 #include <limits>
-#include <string>
 #include <string_view>
 #include <system_error>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
-#include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/scene/records.hpp>
@@ -27,7 +20,6 @@
 #include <tilemesh/scene/spz.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <utility>
-#include <vector>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace scene {

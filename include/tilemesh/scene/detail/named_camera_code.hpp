@@ -1,19 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <filesystem>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -146,8 +136,7 @@ TILEMESH_HOST std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> c
         all.push_back(label(camera));
         if (selector == all.back()) return {camera};
         bool const of_map = camera.scene.empty() || camera.scene == map_name ||
-                            (!camera.file.empty() &&
-                             (camera.file == map_name || std::filesystem::path(camera.file).stem().string() == map_name));
+                            (!camera.file.empty() && (camera.file == map_name || std::filesystem::path(camera.file).stem().string() == map_name));
         if (selector.empty() ? of_map : camera.name == selector) {
             chosen.push_back(camera);
             if (of_map) of_this_map.push_back(camera);
@@ -160,13 +149,11 @@ TILEMESH_HOST std::vector<NamedCamera> select_cameras(std::vector<NamedCamera> c
     if (chosen.empty() && selector.empty())
         throw Error("no camera belongs to map \"" + detail::shown(map_name) + "\" (" + choices +
                     "); name cameras of this map, or choose one by SCENE/NAME");
-    if (chosen.empty())
-        throw Error("there is no camera \"" + detail::shown(selector) + "\" (" + choices + "); choose one of these");
+    if (chosen.empty()) throw Error("there is no camera \"" + detail::shown(selector) + "\" (" + choices + "); choose one of these");
     if (!selector.empty() && chosen.size() > 1) {
         std::vector<std::string> same;
         for (auto const& camera : chosen) same.push_back(label(camera));
-        throw Error("camera \"" + detail::shown(selector) + "\" is ambiguous (" + detail::list_of(same) +
-                    "); write SCENE/NAME");
+        throw Error("camera \"" + detail::shown(selector) + "\" is ambiguous (" + detail::list_of(same) + "); write SCENE/NAME");
     }
     return chosen;
 }

@@ -1,19 +1,10 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/orbit.hpp>
-#include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
@@ -39,9 +30,8 @@ TILEMESH_HOST std::vector<splat::Camera> orbit(splat::Camera const& start, glm::
         double const c = std::cos(angle), s = std::sin(angle);
         glm::dmat3 const turn{c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c};
         glm::dmat3 const turn_world = glm::transpose(to_upright) * turn * to_upright;
-        cameras.push_back(make_camera({pose.rotation * glm::transpose(turn_world),
-                                       target_world + turn_world * (pose.position - target_world)},
-                                      lens));
+        cameras.push_back(
+            make_camera({pose.rotation * glm::transpose(turn_world), target_world + turn_world * (pose.position - target_world)}, lens));
     }
     return cameras;
 }

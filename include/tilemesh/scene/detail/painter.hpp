@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <tilemesh/scene/detail/brush.hpp>
 #include <tilemesh/scene/map.hpp>
@@ -32,8 +30,7 @@ inline Vec lit(Vec albedo, Vec place, Vec normal, double gloss = 0.0, double sha
     Vec const to_eye = glm::normalize(desk_eye - place);
     double const sun = std::fmax(glm::dot(normal, to_light), 0.0) * (1.0 - shadow);
     double const sky = 0.5 - 0.5 * normal.y;
-    Vec const light = Vec{0.20, 0.22, 0.27} + sky * Vec{0.20, 0.21, 0.23} * (1.0 - 0.55 * shadow) +
-                      sun * Vec{0.80, 0.75, 0.66};
+    Vec const light = Vec{0.20, 0.22, 0.27} + sky * Vec{0.20, 0.21, 0.23} * (1.0 - 0.55 * shadow) + sun * Vec{0.80, 0.75, 0.66};
     double const mirror = std::fmax(glm::dot(normal, glm::normalize(to_light + to_eye)), 0.0);
     double const highlight = std::pow(mirror, 40.0);
     return albedo * light + Vec{1.0, 0.97, 0.90} * (gloss * highlight * (1.0 - shadow));
@@ -75,8 +72,7 @@ protected:
                 double const v = (j + 0.5 + jitter * brush_.random.between(-1.0, 1.0)) / nv;
                 Vec const place = corner + u * edge_u + v * edge_v;
                 if (covered(place)) continue;
-                brush_.touch({place, u_axis, v_axis, length_u / nu, length_v / nv,
-                              lit(paint(u, v), place, normal, gloss, shadow_at(place, normal))},
+                brush_.touch({place, u_axis, v_axis, length_u / nu, length_v / nv, lit(paint(u, v), place, normal, gloss, shadow_at(place, normal))},
                              fill);
             }
     }
@@ -84,17 +80,12 @@ protected:
     /// A box about `centre`, before placement. It has four sides, because nobody sees its floor or its back. `paint` takes the side (0 top,
     /// 1 near, 2 left, 3 right) before (u, v).
     template <class Paint>
-    void box(Placement const& p, Vec centre, Vec size, double spacing, Paint paint,
-             double gloss = 0.0)
+    void box(Placement const& p, Vec centre, Vec size, double spacing, Paint paint, double gloss = 0.0)
     {
-        Vec const x = p.turn({size.x, 0.0, 0.0}), y{0.0, size.y, 0.0},
-                  z = p.turn({0.0, 0.0, size.z});
+        Vec const x = p.turn({size.x, 0.0, 0.0}), y{0.0, size.y, 0.0}, z = p.turn({0.0, 0.0, size.z});
         Vec const low = p(centre) - 0.5 * (x + y + z); // the left, upper, near corner
-        auto const face = [&](int side) {
-            return [&paint, side](double u, double v) { return paint(side, u, v); };
-        };
-        auto const side = [&](int number, Vec corner, Vec u, Vec v, double spacing_u,
-                              double spacing_v) {
+        auto const face = [&](int side) { return [&paint, side](double u, double v) { return paint(side, u, v); }; };
+        auto const side = [&](int number, Vec corner, Vec u, Vec v, double spacing_u, double spacing_v) {
             rectangle(corner, u, v, spacing_u, spacing_v, face(number), gloss, 0.68, 0.08);
         };
         side(0, low, x, z, spacing, spacing);
@@ -105,8 +96,7 @@ protected:
 
     /// Equal areas by the golden angle. `part`: 1 is a whole sphere, 0.5 its upper half.
     template <class Paint>
-    void ellipsoid(Vec centre, Vec radius, Placement const& p, double part, int count, double gloss,
-                   Paint paint)
+    void ellipsoid(Vec centre, Vec radius, Placement const& p, double part, int count, double gloss, Paint paint)
     {
         for (int k = 0; k < count; ++k) {
             double const up = 1.0 - 2.0 * part * (k + 0.5) / count; // 1 at the top
@@ -116,19 +106,15 @@ protected:
             Vec const normal = glm::normalize(p.turn(unit / radius));
             Vec const u = glm::normalize(glm::cross(normal, Vec{0.31, 0.17, 0.93}));
             double const mean_radius = std::cbrt(radius.x * radius.y * radius.z);
-            double const spacing =
-                std::sqrt(2.0 * full_turn * part / count) * std::fmax(mean_radius, 0.8 * radius.x);
+            double const spacing = std::sqrt(2.0 * full_turn * part / count) * std::fmax(mean_radius, 0.8 * radius.x);
             Vec const place = p(centre + unit * radius);
-            brush_.touch({place, u, glm::cross(normal, u), spacing, spacing,
-                          lit(paint(unit), place, normal, gloss)},
-                         0.62);
+            brush_.touch({place, u, glm::cross(normal, u), spacing, spacing, lit(paint(unit), place, normal, gloss)}, 0.62);
         }
     }
 
     /// The side of an upright round object: radius and height as functions of v in [0, 1], seen from inside or outside.
     template <class Radius, class Paint>
-    void barrel(Placement const& p, double bottom, double top, Radius radius, double spacing,
-                bool inside, double gloss, Paint paint)
+    void barrel(Placement const& p, double bottom, double top, Radius radius, double spacing, bool inside, double gloss, Paint paint)
     {
         auto const rows = static_cast<int>((bottom - top) / spacing + 0.5);
         for (int j = 0; j < rows; ++j) {
@@ -136,17 +122,14 @@ protected:
             double const slope = (radius(v + 0.01) - radius(v - 0.01)) / 0.02 / (bottom - top);
             auto const count = static_cast<int>(full_turn * r / spacing + 0.5);
             for (int i = 0; i < count; ++i) {
-                double const share =
-                    (i + 0.5 * (j % 2) + brush_.random.between(-0.06, 0.06)) / count;
+                double const share = (i + 0.5 * (j % 2) + brush_.random.between(-0.06, 0.06)) / count;
                 double const c = std::cos(full_turn * share), s = std::sin(full_turn * share);
                 Vec const place = p({r * c, bottom + (top - bottom) * v, r * s});
                 Vec normal = p.turn(glm::normalize(Vec{c, slope, s}));
                 if (inside) normal = -normal;
                 Vec const u = p.turn({-s, 0.0, c});
                 double const shade = inside ? 0.35 + 0.65 * v : 0.72 + 0.28 * smooth(0.0, 0.25, v);
-                brush_.touch({place, u, glm::cross(normal, u), spacing, spacing,
-                              shade * lit(paint(share, v), place, normal, gloss)},
-                             0.64);
+                brush_.touch({place, u, glm::cross(normal, u), spacing, spacing, shade * lit(paint(share, v), place, normal, gloss)}, 0.64);
             }
         }
     }
@@ -158,12 +141,10 @@ private:
     static bool covered(Vec place)
     {
         auto const under = [&](Placement const& p, double half_x, double half_z) {
-            double const c = std::cos(p.angle), s = std::sin(p.angle), x = place.x - p.x,
-                         z = place.z - p.z;
+            double const c = std::cos(p.angle), s = std::sin(p.angle), x = place.x - p.x, z = place.z - p.z;
             return std::fabs(c * x - s * z) < half_x && std::fabs(s * x + c * z) < half_z;
         };
-        return place.y == 0.0 &&
-               (under(paper_place, 0.14, 0.104) || under(keyboard_place, 0.25, 0.075));
+        return place.y == 0.0 && (under(paper_place, 0.14, 0.104) || under(keyboard_place, 0.25, 0.075));
     }
 
     /// Soft shadows on the desk top: dark spots, each an ellipse that an object throws to the right and to the back.
@@ -192,9 +173,7 @@ private:
             double const c = std::cos(s.angle), n = std::sin(s.angle);
             double const dx = place.x - s.x, dz = place.z - s.z;
             double const a = (c * dx - n * dz) / s.half_x, b = (n * dx + c * dz) / s.half_z;
-            light *=
-                1.0 - s.depth * (1.0 - smooth(0.55, 1.35,
-                                              std::sqrt(std::sqrt(a * a * a * a + b * b * b * b))));
+            light *= 1.0 - s.depth * (1.0 - smooth(0.55, 1.35, std::sqrt(std::sqrt(a * a * a * a + b * b * b * b))));
         }
         return 1.0 - light;
     }

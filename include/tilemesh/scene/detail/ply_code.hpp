@@ -2,12 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
 #include <tilemesh/scene/detail/far_means.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_compressed.hpp>
@@ -17,7 +12,6 @@
 #include <tilemesh/scene/detail/ply_rows.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/ply.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <utility>
@@ -39,16 +33,13 @@ inline std::string note_on_rest(PlyHarmonics const& found)
 }
 
 /// Adds a note for each part of the file that is not used.
-inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns,
-                         PlyHarmonics const& harmonics, Map& map)
+inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyColumns const& columns, PlyHarmonics const& harmonics, Map& map)
 {
     std::uint64_t elements = 0, others = 0;
     for (auto const& element : header.elements)
         if (&element != &vertex && ++elements <= named_in_notes)
-            map.notes.push_back("element " + in_quotes(element.name) + ": " + std::to_string(element.count) +
-                                " rows skipped");
-    if (elements > named_in_notes)
-        map.notes.push_back("and " + std::to_string(elements - named_in_notes) + " more elements skipped");
+            map.notes.push_back("element " + in_quotes(element.name) + ": " + std::to_string(element.count) + " rows skipped");
+    if (elements > named_in_notes) map.notes.push_back("and " + std::to_string(elements - named_in_notes) + " more elements skipped");
 
     std::string names;
     for (auto const& property : vertex.properties) {
@@ -56,12 +47,10 @@ inline void note_skipped(PlyHeader const& header, PlyElement const& vertex, PlyC
         if (!property.name.starts_with("f_rest_") && ++others <= 2 * named_in_notes)
             names.append(names.empty() ? "" : ", ").append(shown(property.name, 40));
     }
-    if (harmonics.columns != 0 && (harmonics.degree == 0 || harmonics.degree < harmonics.file_degree))
-        map.notes.push_back(note_on_rest(harmonics));
+    if (harmonics.columns != 0 && (harmonics.degree == 0 || harmonics.degree < harmonics.file_degree)) map.notes.push_back(note_on_rest(harmonics));
     if (others > 2 * named_in_notes) names += " and " + std::to_string(others - 2 * named_in_notes) + " more";
     if (others != 0) map.notes.push_back("columns skipped: " + names);
-    if (header.antialiased || vertex.find("filter_3D") != nullptr)
-        map.notes.push_back(antialiased_note);
+    if (header.antialiased || vertex.find("filter_3D") != nullptr) map.notes.push_back(antialiased_note);
     if (vertex.count == 0) map.notes.push_back("element \"vertex\" has no rows: the map is empty");
 }
 

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <string>
 #include <tilemesh/scene/ply_output.hpp>
 #include <tilemesh/splat/gaussian.hpp>
 #include <tilemesh/splat/logarithm.hpp>
@@ -35,8 +34,7 @@ TILEMESH_HOST std::string ply_bytes(Map const& map, splat::Coverage coverage)
     std::string out = "ply\nformat binary_little_endian 1.0\n";
     if (coverage == splat::Coverage::preserved) out += "comment antialiased 1\n";
     out += "element vertex " + std::to_string(map.gaussians.size()) + "\n";
-    auto const property = [&](std::string const& name,
-                              char const* type = "float") { out += std::string("property ") + type + " " + name + "\n"; };
+    auto const property = [&](std::string const& name, char const* type = "float") { out += std::string("property ") + type + " " + name + "\n"; };
     for (char const* const name : {"x", "y", "z"}) property(name, moved ? "double" : "float");
     for (char const* const name : {"f_dc_0", "f_dc_1", "f_dc_2"}) property(name);
     for (std::size_t k = 0; k < 3 * of_channel; ++k) property("f_rest_" + std::to_string(k));

@@ -1,25 +1,17 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vec3.hpp>
-#include <string>
-#include <tilemesh/error.hpp>
 #include <tilemesh/scene/pose.hpp>
-#include <tilemesh/splat/camera.hpp>
 #include <tilemesh/splat/lens.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 
 TILEMESH_HOST glm::dmat3 rotation_matrix(double w, double x, double y, double z)
 {
-    double const largest =
-        std::fmax(std::fmax(std::fabs(w), std::fabs(x)), std::fmax(std::fabs(y), std::fabs(z)));
+    double const largest = std::fmax(std::fmax(std::fabs(w), std::fabs(x)), std::fmax(std::fabs(y), std::fabs(z)));
     if (!(largest > 0.0)) return glm::dmat3{1.0};
     w /= largest, x /= largest, y /= largest, z /= largest;
     double const s = 2.0 / (w * w + x * x + y * y + z * z);
@@ -50,8 +42,7 @@ TILEMESH_HOST splat::Camera make_camera(Pose const& pose, Intrinsics const& lens
 {
     splat::Camera camera{};
     for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-            camera.rotation[row][column] = static_cast<float>(pose.rotation[column][row]);
+        for (int column = 0; column < 3; ++column) camera.rotation[row][column] = static_cast<float>(pose.rotation[column][row]);
         camera.position[row] = static_cast<float>(pose.position[row]);
     }
     camera.fx = static_cast<float>(lens.fx);
@@ -69,8 +60,7 @@ TILEMESH_HOST Pose pose_of(splat::Camera const& camera)
 {
     Pose pose;
     for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-            pose.rotation[column][row] = static_cast<double>(camera.rotation[row][column]);
+        for (int column = 0; column < 3; ++column) pose.rotation[column][row] = static_cast<double>(camera.rotation[row][column]);
         pose.position[row] = static_cast<double>(camera.position[row]);
     }
     return pose;
@@ -78,25 +68,21 @@ TILEMESH_HOST Pose pose_of(splat::Camera const& camera)
 
 TILEMESH_HOST Intrinsics lens_of(splat::Camera const& camera)
 {
-    return {camera.fx,         camera.fy,    camera.cx,    camera.cy,
-            camera.near_depth, camera.width, camera.height, camera.lens};
+    return {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth, camera.width, camera.height, camera.lens};
 }
 
 TILEMESH_HOST Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down)
 {
     double const distance = glm::length(target - eye);
     if (!(distance > 0.0) || !std::isfinite(distance))
-        throw Error(
-            "a camera cannot look at its own position (eye and target are the same point or not "
-            "finite); move one of them");
+        throw Error("a camera cannot look at its own position (eye and target are the same point or not finite); move one of them");
     glm::dvec3 const forward = (target - eye) / distance;
 
     // Below this sine the cross product is mostly rounding error; the world axis farthest from the line of sight replaces `down`.
     constexpr double parallel = 1e-9;
     glm::dvec3 right = glm::cross(down, forward);
     if (!(glm::length(right) > parallel * glm::length(down))) {
-        glm::dvec3 const other =
-            std::fabs(forward.z) < 0.9 ? glm::dvec3{0.0, 0.0, 1.0} : glm::dvec3{0.0, 1.0, 0.0};
+        glm::dvec3 const other = std::fabs(forward.z) < 0.9 ? glm::dvec3{0.0, 0.0, 1.0} : glm::dvec3{0.0, 1.0, 0.0};
         right = glm::cross(other, forward);
     }
     right = glm::normalize(right);
@@ -120,8 +106,7 @@ TILEMESH_HOST std::string fault_of_rotation(glm::dmat3 const& rotation)
     glm::dmat3 const square = glm::transpose(rotation) * rotation;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
-            if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3))
-                return "its rotation is not orthonormal within 1e-3";
+            if (!(std::fabs(square[column][row] - (row == column ? 1.0 : 0.0)) <= 1e-3)) return "its rotation is not orthonormal within 1e-3";
     if (!(glm::determinant(rotation) > 0.0)) return "its rotation is mirrored, the determinant is -1";
     return "";
 }
@@ -142,9 +127,8 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
         char const *focal_name, *centre_name;
         double focal, centre, side;
     };
-    for (auto const& [focal_name, centre_name, focal, centre, side] :
-         {Axis{"fx", "cx", lens.fx, lens.cx, static_cast<double>(lens.width)},
-          Axis{"fy", "cy", lens.fy, lens.cy, static_cast<double>(lens.height)}}) {
+    for (auto const& [focal_name, centre_name, focal, centre, side] : {Axis{"fx", "cx", lens.fx, lens.cx, static_cast<double>(lens.width)},
+                                                                       Axis{"fy", "cy", lens.fy, lens.cy, static_cast<double>(lens.height)}}) {
         std::string const f = focal_name;
         if (!(focal > 0.0)) return f + " is not positive";
         if (!(focal >= least_share * side)) return f + " is below a thousandth of the picture's side";
@@ -228,9 +212,8 @@ TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, floa
 {
     detail::require_pixels(size.width, size.height);
     if (!(degrees > 0.0 && degrees < 180.0))
-        throw Error(
-            "a horizontal field of view of " + std::to_string(degrees) +
-            " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
+        throw Error("a horizontal field of view of " + std::to_string(degrees) +
+                    " degrees is no pinhole camera (it lies between 0 and 180); choose another angle");
     constexpr double radians = 3.14159265358979323846 / 180.0;
     double const focal = 0.5 * size.width / std::tan(0.5 * degrees * radians);
     return {focal, focal, 0.5 * size.width, 0.5 * size.height, near_depth, size.width, size.height};

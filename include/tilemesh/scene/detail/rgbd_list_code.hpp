@@ -4,26 +4,20 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/rgbd_list.hpp>
-#include <tilemesh/scene/trajectory.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {
 
-TILEMESH_HOST std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name,
-                                                                         std::size_t least_pairs, std::size_t most_pairs,
-                                                                         std::string const& form, std::vector<std::string>* notes)
+/// Reads the lines of a list: pairs of a stamp and a file name, as many on each line as on the first, one or two. Each column of stamps has the
+/// unit that `seconds_per_unit` finds. A unit other than seconds is a line in `notes`, which may be null, and so are whole seconds more than 1 apart.
+inline std::vector<std::array<StampedFile, 2>> read_stamped_files(std::istream& stream, std::string const& name, std::size_t least_pairs,
+                                                                  std::size_t most_pairs, std::string const& form, std::vector<std::string>* notes)
 {
     std::vector<std::array<StampedFile, 2>> out;
     std::size_t pairs = 0;
@@ -89,9 +83,8 @@ TILEMESH_HOST void add_depth_notes(std::vector<RgbdFrame> const& frames, double 
     }
     if (with_depth < frames.size()) notes.push_back(std::to_string(with_depth) + " of " + std::to_string(frames.size()) + " pictures have a depth");
     if (far != 0)
-        notes.push_back("pictures whose depth is more than " + number_text(most_seconds) + " s away: " + std::to_string(far) +
-                        ", the furthest is " + number_text(apart(furthest)) + " s away, of the picture at " +
-                        number_text(frames[furthest].colour.seconds));
+        notes.push_back("pictures whose depth is more than " + number_text(most_seconds) + " s away: " + std::to_string(far) + ", the furthest is " +
+                        number_text(apart(furthest)) + " s away, of the picture at " + number_text(frames[furthest].colour.seconds));
 }
 
 } // namespace detail
@@ -104,8 +97,7 @@ TILEMESH_HOST std::vector<StampedFile> read_file_list(std::istream& stream, std:
     return out;
 }
 
-TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour,
-                                               std::vector<StampedFile> const& depth, double most_seconds)
+TILEMESH_HOST std::vector<RgbdFrame> associate(std::vector<StampedFile> const& colour, std::vector<StampedFile> const& depth, double most_seconds)
 {
     constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
     std::vector<std::size_t> nearest(colour.size(), none), winner(depth.size(), none);

@@ -4,15 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <functional>
-#include <istream>
 #include <sstream>
-#include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/packed_input.hpp>
@@ -21,11 +16,8 @@
 #include <tilemesh/scene/detail/sog_meta.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/detail/zip.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/sog.hpp>
 #include <tilemesh/splat/gaussian.hpp>
-#include <utility>
-#include <vector>
 
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace scene {

@@ -3,15 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <istream>
-#include <string>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/splat_file.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {

@@ -1,24 +1,18 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <istream>
-#include <string>
-#include <tilemesh/config.hpp>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/detail/bytes.hpp>
 #include <tilemesh/scene/detail/map_sink.hpp>
 #include <tilemesh/scene/detail/packed_input.hpp>
 #include <tilemesh/scene/detail/ply_gaussian.hpp>
 #include <tilemesh/scene/detail/ply_source.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/spz.hpp>
 #include <tilemesh/splat/gaussian.hpp>
@@ -50,8 +44,7 @@ inline SpzHeader read_spz_header(ByteView in, std::string const& file)
     auto const refuse = [&](std::string const& what, char const* why) {
         throw Error(file + " is an SPZ map " + what + " (" + why + "); export the map again");
     };
-    if (header.version < 1 || header.version > 4)
-        refuse("of version " + std::to_string(header.version), "versions 1 to 4 are read");
+    if (header.version < 1 || header.version > 4) refuse("of version " + std::to_string(header.version), "versions 1 to 4 are read");
     if (header.degree > 4) refuse("of degree " + std::to_string(header.degree), "harmonics have degree 0 to 4");
     // 1 << 24 in a float of 24 bits is the last that makes sense; a mean has 24 bits.
     if (header.version != 1 && header.fractional_bits > 24)
@@ -195,8 +188,7 @@ inline void decompress_spz_v4(SpzHeader const& header, ByteView in, Codecs const
     // An attribute without bytes has no stream.
     auto const streams =
         static_cast<std::uint32_t>(std::count_if(row_bytes.begin(), row_bytes.end(), [&](std::uint32_t n) { return n != 0 && header.rows != 0; }));
-    if (header.streams != streams)
-        refuse("it has " + std::to_string(header.streams) + " streams, and its Gaussians need " + std::to_string(streams));
+    if (header.streams != streams) refuse("it has " + std::to_string(header.streams) + " streams, and its Gaussians need " + std::to_string(streams));
     std::size_t const table = header.table_at;
     if (table < SpzHeader::bytes_v4 || table > in.size() || in.size() - table < 16 * std::size_t{streams})
         refuse("its table of streams is not inside the file");

@@ -1,17 +1,13 @@
 #pragma once
 #include <array>
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <istream>
-#include <new>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tilemesh/config.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <utility>
 
@@ -66,8 +62,7 @@ TILEMESH_HOST void refuse_stand_in(std::string_view begin, std::string const& fi
 
 /// Opens a regular file. It does not open files that may block or never end (a pipe, a device). Throws `Error` if the file cannot be
 /// opened, or if it is longer than `most_bytes`; `wanted` says what the user should name instead.
-TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes,
-                                      std::string const& wanted);
+TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::uint64_t most_bytes, std::string const& wanted);
 
 /// Reads lines that end in LF or CR LF; the last line may have no end. It skips a byte order mark. It keeps one line of at most 64 KiB in
 /// memory; real lines have about a hundred bytes.
@@ -76,9 +71,7 @@ public:
     static constexpr std::size_t most_bytes = 65536;
 
     /// Errors call the file `name`.
-    LineReader(std::istream& stream, std::string name)
-        : stream_(stream), name_(std::move(name)), buffer_(most_bytes + 1, '\0')
-    {}
+    LineReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)), buffer_(most_bytes + 1, '\0') {}
 
     /// Goes to the next line; false if there is none. Throws `Error` for a line that is too long.
     TILEMESH_HOST bool next();

@@ -1,18 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <istream>
 #include <new>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <utility>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
@@ -110,15 +102,12 @@ TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::ui
     std::error_code failed;
     fs::file_status const status = fs::status(path, failed);
     if (status.type() == fs::file_type::not_found) throw Error(name + " cannot be opened (no such file); check the path");
-    if (status.type() == fs::file_type::none)
-        throw Error(name + " cannot be opened (" + failed.message() + "); check the path");
+    if (status.type() == fs::file_type::none) throw Error(name + " cannot be opened (" + failed.message() + "); check the path");
     if (fs::is_directory(status)) throw Error(name + " cannot be read (it is a directory); name " + wanted);
-    if (!fs::is_regular_file(status))
-        throw Error(name + " cannot be read (it is a pipe or a device); copy it to a file, and name " + wanted);
+    if (!fs::is_regular_file(status)) throw Error(name + " cannot be read (it is a pipe or a device); copy it to a file, and name " + wanted);
     std::uint64_t const bytes = fs::file_size(path, failed);
     if (!failed && bytes > most_bytes)
-        throw Error(name + " is too long (" + std::to_string(bytes) + " bytes, " + std::to_string(most_bytes) +
-                    " are read); name " + wanted);
+        throw Error(name + " is too long (" + std::to_string(bytes) + " bytes, " + std::to_string(most_bytes) + " are read); name " + wanted);
     errno = 0;
     std::ifstream stream(path, std::ios::binary);
     if (stream) {
@@ -137,8 +126,7 @@ TILEMESH_HOST std::ifstream open_file(std::filesystem::path const& path, std::ui
 TILEMESH_HOST bool LineReader::next()
 {
     bool const there = next_part();
-    if (!whole_)
-        throw Error(place() + " is too long (more than " + std::to_string(most_bytes) + " bytes); name a text file");
+    if (!whole_) throw Error(place() + " is too long (more than " + std::to_string(most_bytes) + " bytes); name a text file");
     return there;
 }
 
@@ -147,9 +135,7 @@ TILEMESH_HOST bool LineReader::next_part()
     if (whole_) ++number_;
     stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     auto const taken = static_cast<std::size_t>(stream_.gcount());
-    if (stream_.bad())
-        throw Error(name_ +
-                    " cannot be read to its end (the system reports a read error); check the disk or copy the file");
+    if (stream_.bad()) throw Error(name_ + " cannot be read to its end (the system reports a read error); check the disk or copy the file");
     bool const first = number_ == 1 && whole_;
     whole_ = !stream_.fail() || taken == 0;
     bool const there = !stream_.fail() || taken > 0;

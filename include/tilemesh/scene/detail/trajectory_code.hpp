@@ -1,27 +1,14 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
-#include <istream>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tilemesh/error.hpp>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
-#include <tilemesh/scene/named_camera.hpp>
-#include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <utility>
-#include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene {
 namespace detail {
@@ -39,7 +26,27 @@ inline std::string read_field(std::string_view word, double& value, std::size_t 
     return "field " + std::to_string(number) + " is not a number, or above 1e37";
 }
 
-TILEMESH_HOST PoseLine parse_tum_line(std::string_view text)
+/// The pose of a row that is a matrix of 3 or 4 rows.
+inline StampedPose matrix_pose(std::array<double, 16> const& fields, std::uint64_t number)
+{
+    StampedPose out{static_cast<double>(number), {glm::dmat3{1.0}, {}}};
+    Pose& pose = out.pose;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) pose.rotation[row][column] = fields[static_cast<std::size_t>(4 * row + column)];
+        pose.position[row] = fields[static_cast<std::size_t>(4 * row + 3)];
+    }
+    return out;
+}
+
+/// The numbers of a line. `why` says what is wrong with the line, and is empty for a valid line. `advice` says what to do.
+struct PoseLine {
+    std::array<double, 16> fields{};
+    bool finite = true; ///< no number is NaN or infinite; if not, the row is left out
+    std::string why, advice;
+};
+
+/// A line of TUM that blanks separate.
+inline PoseLine parse_tum_line(std::string_view text)
 {
     PoseLine line;
     line.advice = "write timestamp tx ty tz qx qy qz qw, or # before a comment";
@@ -73,14 +80,8 @@ TILEMESH_HOST PoseLine parse_tum_line(std::string_view text)
     return line;
 }
 
-TILEMESH_HOST std::size_t number_of_words(std::string_view text)
-{
-    std::size_t count = 0;
-    while (!take_word(text).empty()) ++count;
-    return count;
-}
-
-TILEMESH_HOST PoseLine parse_pose_line(std::string_view text, TrajectoryFormat format, bool commas)
+/// A line of another form, or of TUM with commas.
+inline PoseLine parse_pose_line(std::string_view text, TrajectoryFormat format, bool commas)
 {
     PoseLine line;
     bool const stamped = format == TrajectoryFormat::tum || format == TrajectoryFormat::euroc;
@@ -115,7 +116,22 @@ TILEMESH_HOST PoseLine parse_pose_line(std::string_view text, TrajectoryFormat f
     return line;
 }
 
-TILEMESH_HOST TrajectoryHeader header_of(std::string_view line)
+/// The number of words in a line.
+inline std::size_t number_of_words(std::string_view text)
+{
+    std::size_t count = 0;
+    while (!take_word(text).empty()) ++count;
+    return count;
+}
+
+/// What the words of a header say about the columns: "# timestamp tx ty tz qx qy qz qw", or "#timestamp [ns], ..., q_RS_w [], ...".
+struct TrajectoryHeader {
+    bool there = false;         ///< the line names qw and qx
+    bool w_first = false;       ///< qw stands before qx
+    std::size_t names = 0, first_q = 0; ///< number of names; the first of the quaternion
+    std::optional<double> seconds_per_unit; ///< of the stamps
+};
+inline TrajectoryHeader header_of(std::string_view line)
 {
     TrajectoryHeader header;
     bool x = false, w = false;
@@ -157,38 +173,8 @@ TILEMESH_HOST TrajectoryHeader header_of(std::string_view line)
     return header;
 }
 
-TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
-{
-    std::sort(stamps.begin(), stamps.end());
-    double largest = 0.0, step = 0.0;
-    bool whole = true;
-    std::vector<double> steps;
-    for (std::size_t i = 0; i < stamps.size(); ++i) {
-        largest = std::fmax(largest, std::fabs(stamps[i]));
-        whole = whole && stamps[i] == std::floor(stamps[i]);
-        if (i > 0 && stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
-    }
-    if (!steps.empty()) {
-        auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
-        std::nth_element(steps.begin(), middle, steps.end());
-        step = *middle;
-    }
-    constexpr double year_2000 = 946684800.0, year_2100 = 4102444800.0; // seconds since 1970
-    for (double const unit : {1.0, 1e-3, 1e-6, 1e-9})
-        if (largest * unit >= year_2000 && largest * unit <= year_2100 && step * unit < 1e3) return unit;
-    if (whole && step > 0.0) return step < 1e3 ? 1.0 : step < 1e6 ? 1e-6 : 1e-9;
-    return largest < 1e11 ? 1.0 : largest < 1e14 ? 1e-3 : largest < 1e17 ? 1e-6 : 1e-9;
-}
-
-TILEMESH_HOST std::string unit_name(double seconds_per_unit)
-{
-    return seconds_per_unit == 1.0    ? "seconds"
-           : seconds_per_unit == 1e-3 ? "milliseconds"
-           : seconds_per_unit == 1e-6 ? "microseconds"
-                                      : "nanoseconds";
-}
-
-TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
+/// The pose of a row `timestamp px py pz` and a quaternion, x first or w first. `far_from_unit` counts.
+inline StampedPose stamped_pose(std::array<double, 8> const& row, bool w_first, double seconds_per_unit, std::uint64_t& far_from_unit)
 {
     auto const [stamp, px, py, pz, q0, q1, q2, q3] = row;
     double const qx = w_first ? q1 : q0, qy = w_first ? q2 : q1, qz = w_first ? q3 : q2, qw = w_first ? q0 : q3;
@@ -198,18 +184,10 @@ TILEMESH_HOST StampedPose stamped_pose(std::array<double, 8> const& row, bool w_
     return out;
 }
 
-TILEMESH_HOST StampedPose matrix_pose(std::array<double, 16> const& fields, std::uint64_t number)
-{
-    StampedPose out{static_cast<double>(number), {glm::dmat3{1.0}, {}}};
-    Pose& pose = out.pose;
-    for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column) pose.rotation[row][column] = fields[static_cast<std::size_t>(4 * row + column)];
-        pose.position[row] = fields[static_cast<std::size_t>(4 * row + 3)];
-    }
-    return out;
-}
-
-TILEMESH_HOST double restlessness(std::vector<std::array<double, 8>> const& rows, bool w_first)
+/// How far the steps of the path are from their mean in the camera's own axes, from 0 (always the same step) to 1 (steps in all directions),
+/// if the quaternions have this order. The angles between the poses say nothing, because they are the same with both orders. But with the wrong
+/// order, a camera that goes ahead and turns seems to go in another direction of its own at every step.
+inline double restlessness(std::vector<std::array<double, 8>> const& rows, bool w_first)
 {
     double squares = 0.0;
     std::uint64_t ignored = 0;
@@ -225,8 +203,8 @@ TILEMESH_HOST double restlessness(std::vector<std::array<double, 8>> const& rows
     return 1.0 - (sum.x * sum.x + sum.y * sum.y + sum.z * sum.z) / (static_cast<double>(rows.size() - 1) * squares);
 }
 
-TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum,
-                                    std::optional<TrajectoryFormat> format)
+/// Reads the lines of a trajectory. `only_tum`: a file of TUM that blanks separate, in seconds. `format` empty: the file tells it.
+inline Trajectory read_poses(std::istream& stream, std::string const& name, std::size_t most, bool only_tum, std::optional<TrajectoryFormat> format)
 {
     Trajectory trajectory;
     std::vector<std::array<double, 8>> rows; // of TUM or EuRoC, until the whole file tells which
@@ -265,8 +243,7 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
             if (++trajectory.left_out <= 5) named.append(named.empty() ? "" : ", ").append(lines.place().substr(name.size() + 1));
             continue;
         }
-        if (trajectory.size() + rows.size() == most)
-            throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
+        if (trajectory.size() + rows.size() == most) throw Error(name + " is too long (more than " + std::to_string(most) + " poses); split it");
         if (!trajectory.has_stamps()) {
             trajectory.push_back(matrix_pose(line.fields, number - 1));
             continue;
@@ -324,6 +301,37 @@ TILEMESH_HOST Trajectory read_poses(std::istream& stream, std::string const& nam
     trajectory.reserve(rows.size());
     for (auto const& row : rows) trajectory.push_back(stamped_pose(row, euroc, unit, trajectory.far_from_unit));
     return trajectory;
+}
+
+TILEMESH_HOST double seconds_per_unit(std::vector<double> stamps)
+{
+    std::sort(stamps.begin(), stamps.end());
+    double largest = 0.0, step = 0.0;
+    bool whole = true;
+    std::vector<double> steps;
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+        largest = std::fmax(largest, std::fabs(stamps[i]));
+        whole = whole && stamps[i] == std::floor(stamps[i]);
+        if (i > 0 && stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+    }
+    if (!steps.empty()) {
+        auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+        std::nth_element(steps.begin(), middle, steps.end());
+        step = *middle;
+    }
+    constexpr double year_2000 = 946684800.0, year_2100 = 4102444800.0; // seconds since 1970
+    for (double const unit : {1.0, 1e-3, 1e-6, 1e-9})
+        if (largest * unit >= year_2000 && largest * unit <= year_2100 && step * unit < 1e3) return unit;
+    if (whole && step > 0.0) return step < 1e3 ? 1.0 : step < 1e6 ? 1e-6 : 1e-9;
+    return largest < 1e11 ? 1.0 : largest < 1e14 ? 1e-3 : largest < 1e17 ? 1e-6 : 1e-9;
+}
+
+TILEMESH_HOST std::string unit_name(double seconds_per_unit)
+{
+    return seconds_per_unit == 1.0    ? "seconds"
+           : seconds_per_unit == 1e-3 ? "milliseconds"
+           : seconds_per_unit == 1e-6 ? "microseconds"
+                                      : "nanoseconds";
 }
 
 } // namespace detail
@@ -412,8 +420,7 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
     for (auto const& stamped : trajectory) sorted.push_back(stamped.seconds);
     std::sort(sorted.begin(), sorted.end());
     auto const distinct = std::unique(sorted.begin(), sorted.end());
-    if (distinct != sorted.end())
-        notes.push_back("stamps that an earlier pose has too: " + std::to_string(sorted.end() - distinct));
+    if (distinct != sorted.end()) notes.push_back("stamps that an earlier pose has too: " + std::to_string(sorted.end() - distinct));
 
     if (!steps.empty()) {
         auto const middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
@@ -426,13 +433,11 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
             if (gaps++ == 0 || step > seconds(longest) - seconds(longest - 1)) longest = i;
         }
         if (gaps > 0)
-            notes.push_back("gaps above 5 times the median step of " + number_text(median) +
-                            " s: " + std::to_string(gaps) + ", the longest lasts " +
+            notes.push_back("gaps above 5 times the median step of " + number_text(median) + " s: " + std::to_string(gaps) + ", the longest lasts " +
                             number_text(seconds(longest) - seconds(longest - 1)) + " s, before " + at(longest));
     }
     if (trajectory.far_from_unit > 0)
-        notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " +
-                        std::to_string(trajectory.far_from_unit));
+        notes.push_back("quaternions normalised whose length was off 1 by more than 0.01: " + std::to_string(trajectory.far_from_unit));
     return notes;
 }
 

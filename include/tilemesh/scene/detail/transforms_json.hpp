@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
+#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/detail/json_values.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
@@ -20,9 +20,6 @@
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
-
-/// The size of the picture of a frame, from its `file_path`; nothing if it is not known.
-using PictureSizeOf = std::function<std::optional<Size>(std::string const&)>;
 
 /// The lens that a transforms.json gives, for all frames or for one; each field may be missing.
 struct TransformsLens {
