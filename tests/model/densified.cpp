@@ -1,7 +1,6 @@
 // test: optimised, without test tsan
+#include "../standard.hpp"
 #include <common/scenes.cpp>
-#include <cstring>
-#include <doctest/doctest.h>
 #include <glm/geometric.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/naive.hpp>

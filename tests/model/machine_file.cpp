@@ -1,18 +1,10 @@
 // test: unoptimised test asan, without tsan
 // Machines as files: those of examples/machines/ with their sources, the prices that follow, and what is refused in one line.
 #include "../engine/everywhere.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <set>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/setup_types.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using engine_test::error_of;

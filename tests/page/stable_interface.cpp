@@ -2,17 +2,7 @@
 #include "../../examples/c/tilemesh.h"
 #include "../scene/real_packing.hpp"
 #include "handle.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <fstream>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/image.hpp>
@@ -20,8 +10,6 @@
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup_types.hpp>
-#include <utility>
-#include <vector>
 
 namespace render = tilemesh::render;
 using namespace page_test;

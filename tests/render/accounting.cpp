@@ -2,11 +2,6 @@
 // From counters to a report: made-up numbers go in, and the report comes out.
 #include "../compare_reports.hpp"
 #include "../splat/support.hpp"
-#include <array>
-#include <bit>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <numeric>
 #include <tilemesh/render/accounting.hpp>
 
 using namespace tilemesh;

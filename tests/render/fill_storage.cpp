@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 // Storage takes the rest of the SRAM, in both programs.
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
@@ -10,8 +8,6 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-
-
 
 TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit and one more does not")
 {

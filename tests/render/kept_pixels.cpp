@@ -3,13 +3,8 @@
 // all composite in every frame, and exactly the tiles that must composite do so.
 #include "../compare_reports.hpp"
 #include "../splat/support.hpp"
-#include <cstring>
-#include <doctest/doctest.h>
-#include <set>
-#include <stdexcept>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/kept_pixels.hpp>
-#include <utility>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 // The record keeper on a mesh that renders nothing: records that it loads, places and recalls are present once, and in order.
 #include "../splat/support.hpp"
-#include <doctest/doctest.h>
-#include <numeric>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 

@@ -1,15 +1,7 @@
 // test: unoptimised test asan, cost 4
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <memory>
-#include <span>
-#include <string>
+#include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/renderer.hpp>
@@ -17,8 +9,6 @@
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using report::Program;

@@ -1,19 +1,9 @@
 // test: unoptimised test asan tsan
 // The table of a setup's fields: every member has a row, a row reads what it writes, and a mistake is told.
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <set>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -31,12 +21,7 @@ std::vector<std::string> texts(Setup const& setup)
 }
 std::string refusal(std::vector<render::SetupValue> const& values)
 {
-    try {
-        (void)with(lossless, values);
-    } catch (Error const& error) {
-        return error.what();
-    }
-    return {};
+    return tests::error_of([&] { (void)with(lossless, values); });
 }
 /// The values at the borders of what a field takes: each word, or the least and the most.
 std::vector<double> borders(Values const& values)

@@ -1,6 +1,5 @@
 // test: unoptimised test asan tsan
-#include <chrono>
-#include "../standard.hpp"
+#include "folder.hpp"
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <tilemesh/report/distinct_files.hpp>
@@ -11,18 +10,15 @@ namespace {
 namespace fs = std::filesystem;
 using tilemesh::report::DistinctFiles;
 
-/// A folder with two folders in it, "read" and "written", and the file "read/map"; gone at the end of the scope.
-struct Folder {
-    fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_distinct_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
+/// A folder with two folders in it, "read" and "written", and the file "read/map".
+struct Folder : tests::Folder {
     fs::path map = path / "read/map", written = path / "written";
     Folder()
     {
         fs::create_directories(path / "read");
         fs::create_directories(written);
-        std::ofstream(map) << "a map";
+        tests::put(map, "a map");
     }
-    ~Folder() { fs::remove_all(path); }
 };
 
 bool is_picture(std::string const& name)

@@ -2,8 +2,6 @@
 #include "../compare_reports.hpp"
 #include "../standard.hpp"
 #include "all_different.hpp"
-#include <iterator>
-#include <optional>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/table.hpp>
 

@@ -1,4 +1,5 @@
 // test: unoptimised test asan
+#include "folder.hpp"
 #include "html_elements.hpp"
 #include <tilemesh/report/html.hpp>
 #include <tilemesh/report/plot.hpp>
@@ -8,15 +9,7 @@ namespace {
 
 using tilemesh::Error;
 using namespace tilemesh::report;
-
-std::size_t count(std::string const& text, std::string const& what)
-{
-    std::size_t n = 0;
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++n;
-    return n;
-}
-using tests::has;
-
+using tests::count, tests::has;
 
 Plot diagram()
 {

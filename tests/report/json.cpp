@@ -1,10 +1,8 @@
 // test: unoptimised test asan
 #include "../compare_reports.hpp"
-#include "../standard.hpp"
 #include "all_different.hpp"
+#include "folder.hpp"
 #include "json_schema.hpp"
-#include <chrono>
-#include <filesystem>
 #include <tilemesh/config.hpp>
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/report/json.hpp>
@@ -387,26 +385,19 @@ TEST_CASE("what was left out, and why, is in report.json")
 
 TEST_CASE("report.json is written whole, or what was there stays")
 {
-    auto const folder = std::filesystem::temp_directory_path() /
-                        ("tilemesh_json_" +
-                         std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
-    std::filesystem::create_directory(folder);
-    auto const path = folder / "report.json";
+    tests::Folder const folder;
     auto all = run();
     all.map.path = "no utf-8: \xff";
-    report::write_json(path, all);
-    CHECK_FALSE(std::filesystem::exists(path.string() + ".part"));
+    report::write_json(folder.path / "report.json", all);
+    CHECK(folder.names() == std::vector<std::string>{"report.json"});
 
-    std::ifstream in(path);
-    auto const read = Json::parse(in);
+    auto const read = Json::parse(tests::contents(folder.path / "report.json"));
     CHECK(read["map"]["path"] == "no utf-8: \xef\xbf\xbd");
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
     CHECK(keys == "schema version map machine preset program policies quality cut_offs background setup features engine threads notes advice frames ");
-
-    CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
-    std::filesystem::remove_all(folder);
+    CHECK_THROWS_AS(report::write_json(folder.path / "absent" / "report.json", all), tilemesh::Error);
 }
 
 TEST_SUITE_END();

@@ -1,9 +1,10 @@
 // test: unoptimised test asan tsan
-#include "../standard.hpp"
+#include "folder.hpp"
 #include <tilemesh/report/plot.hpp>
 
 namespace {
 
+using tests::count;
 using tilemesh::Error;
 using tilemesh::report::Plot;
 using tilemesh::report::PlotLine;
@@ -59,12 +60,6 @@ std::string path_of(std::string const& text)
 {
     auto const begin = text.find("<path d=\"", text.find("<g clip-path")) + 9;
     return text.substr(begin, text.find('"', begin) - begin);
-}
-std::size_t count(std::string const& text, std::string const& what)
-{
-    std::size_t n = 0;
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-    return n;
 }
 
 Plot plot_of(Points points, PlotScale x = PlotScale::linear, PlotScale y = PlotScale::linear)
@@ -327,19 +322,18 @@ TEST_CASE("the dots of a dashed series are rings")
 
 TEST_CASE("what cannot be drawn is refused")
 {
-    CHECK_THROWS_AS(svg(plot_of({{0, 1}, {1, 2}}, PlotScale::logarithmic)), Error);
-    CHECK_THROWS_AS(svg(plot_of({{1, -1}, {2, 2}}, PlotScale::linear, PlotScale::logarithmic)), Error);
-    CHECK_THROWS_AS(svg(plot_of({{not_a_number, 1}})), Error);
-    CHECK_THROWS_AS(svg(plot_of({{infinite, 1}})), Error);
+    constexpr auto logarithmic = PlotScale::logarithmic;
+    CHECK_THROWS_AS(svg(plot_of({{1, -1}, {2, 2}}, PlotScale::linear, logarithmic)), Error);
+    for (Points const& points : {Points{{0, 1}, {1, 2}}, Points{{1.7e308, 1}}}) CHECK_THROWS_AS(svg(plot_of(points, logarithmic)), Error);
+    for (Points const& points : {Points{{not_a_number, 1}}, Points{{infinite, 1}}, Points{{0, -1.7e308}, {1, 1.7e308}}})
+        CHECK_THROWS_AS(svg(plot_of(points)), Error);
     auto plot = plot_of({{1, 1}, {2, 2}});
     plot.x.low = 3;
-    plot.x.high = 3;
-    CHECK_THROWS_AS(svg(plot), Error);
-    plot.x.high = infinite;
-    CHECK_THROWS_AS(svg(plot), Error);
-    CHECK_THROWS_AS(svg(plot_of({{0, -1.7e308}, {1, 1.7e308}})), Error);
-    CHECK_THROWS_AS(svg(plot_of({{1.7e308, 1}}, PlotScale::logarithmic)), Error);
-    plot = plot_of({{0, 1}, {2, 2}}, PlotScale::logarithmic);
+    for (double const high : {3.0, infinite}) {
+        plot.x.high = high;
+        CHECK_THROWS_AS(svg(plot), Error);
+    }
+    plot = plot_of({{0, 1}, {2, 2}}, logarithmic);
     plot.x.low = 1; // the range is good, the value is not
     CHECK_THROWS_AS(svg(plot), Error);
     plot = plot_of({{1, 1}});
@@ -352,13 +346,11 @@ TEST_CASE("what cannot be drawn is refused")
 
 TEST_CASE("the file is the text, whole")
 {
-    auto const path = std::filesystem::temp_directory_path() / "tilemesh_plot_test.svg";
+    tests::Folder const folder;
     auto const plot = plot_of({{0, 1}, {1, infinite}});
-    tilemesh::report::write_svg(path, plot);
-    std::ifstream in(path, std::ios::binary);
-    CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == svg(plot));
-    std::filesystem::remove(path);
-    CHECK_THROWS_AS(tilemesh::report::write_svg(path / "no" / "folder.svg", plot), Error);
+    tilemesh::report::write_svg(folder.path / "a.svg", plot);
+    CHECK(tests::contents(folder.path / "a.svg") == svg(plot));
+    CHECK_THROWS_AS(tilemesh::report::write_svg(folder.path / "no" / "folder.svg", plot), Error);
 }
 
 TEST_SUITE_END();

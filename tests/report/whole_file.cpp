@@ -1,6 +1,5 @@
 // test: unoptimised test asan tsan
-#include "../standard.hpp"
-#include <chrono>
+#include "folder.hpp"
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #if defined(__linux__)
@@ -11,26 +10,8 @@
 namespace {
 
 namespace fs = std::filesystem;
+using tests::contents, tests::Folder;
 using tilemesh::report::write_whole;
-
-/// A folder that is removed at the end of the scope.
-struct Folder {
-    fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_whole_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
-    Folder() { fs::create_directory(path); }
-    ~Folder() { fs::remove_all(path); }
-
-    std::size_t files() const
-    {
-        return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-    }
-};
-
-std::string contents(fs::path const& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 } // namespace
 
