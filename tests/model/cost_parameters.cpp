@@ -380,7 +380,7 @@ TEST_CASE("cost parameters: values that cannot be written or set are refused")
     not_written("parameter sync is 1, and its source is of 150 cycles", [](CostModel& m) { m.sync_cycles = 1; });
     not_written("parameter exchange_cost is 1", [](CostModel& m) { m.exchange_cost = ExchangeCost::live; });
     not_written("projection", [](CostModel& m) { m.parameters[3].unit = "cycles"; });
-    not_written("25 parameters of 24", [](CostModel& m) { m.parameters.push_back(m.parameters[0]); });
+    not_written("parameter clock is 1325000", [](CostModel& m) { m.parameters.push_back(m.parameters[0]); });
     not_written("25 parameters of 24", [](CostModel& m) { m.parameters.push_back({"warp", 1, "c", "fiction"}); }); // an entry without a price
     not_written("parameter vote has no source", [](CostModel& m) { m.parameters.pop_back(); });
     auto m = mk2();

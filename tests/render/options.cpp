@@ -196,9 +196,7 @@ TEST_CASE("a grid of tiles is two numbers or a Grid")
     RendererOptions const numbers{.grid = {4, 2}}, grid{.grid = Grid{4, 2}};
     for (auto const& options : {numbers, grid}) {
         auto const tiling = tiling_for(options, 64, 32);
-        CHECK(tiling.columns == 4);
-        CHECK(tiling.rows == 2);
-        CHECK(tiling.tile_width == 16);
-        CHECK(tiling.tile_height == 16);
+        CHECK((tiling.columns == 4 && tiling.rows == 2));
+        CHECK((tiling.tile_width == 16 && tiling.tile_height == 16));
     }
 }

@@ -54,8 +54,7 @@ TEST_CASE("a file that outlasts a power loss is written like any other")
 TEST_CASE("a file that cannot be written leaves nothing, and what was there")
 {
     Folder const folder;
-    CHECK_THROWS_WITH_AS(write_whole(folder.path / "absent" / "a", "x"), doctest::Contains("room for 1 bytes"),
-                         tilemesh::Error);
+    CHECK_THROWS_WITH_AS(write_whole(folder.path / "absent" / "a", "x"), doctest::Contains("room for 1 bytes"), tilemesh::Error);
     CHECK_THROWS_WITH_AS(write_whole(folder.path, "x"), doctest::Contains("directory"), tilemesh::Error);
     CHECK_THROWS_AS(write_whole(folder.path / std::string(300, 'n'), "x"), tilemesh::Error);
     CHECK(folder.files() == 0);
@@ -145,8 +144,7 @@ TEST_CASE("a disk that is full leaves what had the name, and no part")
         CAPTURE(size);
         {
             FullDisk const full;
-            CHECK_THROWS_WITH_AS(write_whole(path, std::string(size, 'x')), doctest::Contains("File too large"),
-                                 tilemesh::Error);
+            CHECK_THROWS_WITH_AS(write_whole(path, std::string(size, 'x')), doctest::Contains("File too large"), tilemesh::Error);
         }
         CHECK(contents(path) == "the old file");
         CHECK(folder.files() == 1);
