@@ -240,7 +240,7 @@ TEST_CASE("what bounds a superstep: the largest part, and of an exchange its res
         change(changed);
         return bound_text(model_cost(changed, by_hand(), row).supersteps[superstep], row);
     };
-    CHECK(bound(0, [](CostModel& c) { c.exchange_cost = ExchangeCost::live; }) == "port in (2 0)"); // 20 bytes go there
+    CHECK(bound(0, [](CostModel& c) { c.exchange_cost = ExchangeCost::live; }) == "port in (2 0)");                               // 20 bytes go there
     CHECK(bound(0, [](CostModel& c) { c.exchange_cost = ExchangeCost::live, c.exchange_millicycles_a_byte = 0; }) == "exchange"); // 100 cycles
     CHECK(bound(0, [](CostModel& c) { c.chips = {2, 1, 500, 0, "by hand"}; }) == "border (0 0) e");
     CHECK(bound(0, [](CostModel& c) { c.sync_cycles = 1000; }) == "sync");

@@ -79,7 +79,8 @@ TEST_CASE("mk2.txt is Mk2: its size, and every price of mk2() with its kind")
 {
     auto const machine = load("mk2.txt");
     auto const size = size_of(machine), mine = size_of_machine<Mk2>();
-    for (auto const member : {&MachineSize::tiles, &MachineSize::sram_bytes, &MachineSize::code_bytes, &MachineSize::workers, &MachineSize::clock_khz})
+    for (auto const member :
+         {&MachineSize::tiles, &MachineSize::sram_bytes, &MachineSize::code_bytes, &MachineSize::workers, &MachineSize::clock_khz})
         CHECK(size.*member == mine.*member);
     CHECK(grid_of(machine)->width == 40);
     CHECK(grid_of(machine)->height == 36);

@@ -179,7 +179,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     CHECK(has(html, "<td>compare</td><td>6</td>"));
     CHECK(has(html, "<p>The weakest prices behind this time are guessed: "));
     CHECK(contents(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
-                                                   "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
+                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
 }
 
 TEST_CASE("trace page: a ledger for a terminal, and what is assumed about a machine")

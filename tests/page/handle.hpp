@@ -66,7 +66,8 @@ inline std::string ply(std::vector<std::array<double, 3>> const& means)
     std::ostringstream text;
     text.precision(17);
     text << "ply\nformat ascii 1.0\nelement vertex " << means.size() << "\n";
-    for (char const* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+    for (char const* name :
+         {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
         text << "property double " << name << "\n";
     text << "end_header\n";
     for (auto const& m : means) text << m[0] << " " << m[1] << " " << m[2] << " 1 0.5 0.2 3 -2 -2 -2 1 0 0 0\n";

@@ -3,8 +3,8 @@
 #include "../scene/real_packing.hpp"
 #include "handle.hpp"
 #include <nlohmann/json.hpp>
-#include <tilemesh/render/setup.hpp>
 #include <tilemesh/basic_renderer.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map_file.hpp>

@@ -61,7 +61,8 @@ TEST_CASE("accounting: every counter goes to its place in the report")
                    {"copies", 11 + 10}, {"pairs", (11 + 12 + 13 + 14 + 15 + 16) * 16}, {"pairs_contributing", 17 + 18 + 19 + 20 + 21 + 22},
                    {"exchanges.project", 1}, {"exchanges.route", 2}, {"exchanges.bloom", 3 + 4}, {"exchanges.composite", 6},
                    {"passes.project", 100}, {"passes.route", 200}, {"passes.bloom", 300 + 400}, {"passes.composite", 500 + 600},
-                   {"messages", 2100}, {"exchanged_bytes.live", 4200}, {"exchanged_bytes.capacity", 6300}, {"peak.storage", 41}, {"peak.channel", 43}});
+                   {"messages", 2100}, {"exchanged_bytes.live", 4200}, {"exchanged_bytes.capacity", 6300},
+                   {"peak.storage", 41}, {"peak.channel", 43}});
     CHECK(r.host_ms.project == 1);
     CHECK(r.host_ms.route == 10);
     CHECK(r.host_ms.bloom == 1100);
@@ -154,7 +155,8 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});
     CHECK(both.full_tiles == again.full_tiles);
     using Stages = report::FrameReport::ByStage;
-    for (auto const stage : {&Stages::project, &Stages::route, &Stages::bloom, &Stages::composite}) CHECK(both.passes.*stage == 2 * first.passes.*stage);
+    for (auto const stage : {&Stages::project, &Stages::route, &Stages::bloom, &Stages::composite})
+        CHECK(both.passes.*stage == 2 * first.passes.*stage);
     // All other numbers are those of the first run.
     CHECK(both.exchanges.total() == first.exchanges.total());
     CHECK(both.messages == first.messages);

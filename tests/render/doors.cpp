@@ -176,7 +176,8 @@ TEST_CASE("every renderer refuses rules that are negative or not a number, and b
             renderer.rules() = rules;
         };
         for (float const value : {-1.0f, -infinity, not_a_number}) {
-            for (auto const member : {&splat::Rules::alpha_min, &splat::Rules::alpha_max, &splat::Rules::transmittance_min, &splat::Rules::dilation}) {
+            for (auto const member :
+                 {&splat::Rules::alpha_min, &splat::Rules::alpha_max, &splat::Rules::transmittance_min, &splat::Rules::dilation}) {
                 auto bad = rules;
                 bad.*member = value;
                 refused(bad);

@@ -44,7 +44,8 @@ TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit
 TEST_CASE("fill_storage refuses a grid, a tile and an SRAM without room")
 {
     auto const anchored = splat::setup_of<Lossless>(), homes = splat::homes_setup;
-    CHECK_THROWS_WITH_AS(render::fill_storage(anchored, Grid{40, 37}, {32, 20}), "a grid of 40 x 37 tiles (mk2 has 1472); choose 1 to all of them", Error);
+    CHECK_THROWS_WITH_AS(render::fill_storage(anchored, Grid{40, 37}, {32, 20}), "a grid of 40 x 37 tiles (mk2 has 1472); choose 1 to all of them",
+                         Error);
     CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 37}, {32, 20}), Error);
     CHECK_THROWS_AS(render::fill_storage(anchored, Grid{0, 36}, {32, 20}), Error);
     for (auto const& setup : {anchored, homes}) // the pixels alone are too many

@@ -21,8 +21,12 @@ scene::Map cloud()
     for (std::uint32_t i = 0; i < 120; ++i) {
         float const x = 0.004f * static_cast<float>(i % 12) - 0.022f, y = 0.004f * static_cast<float>(i / 12) - 0.018f;
         constexpr float size = -7.6f; // 0.0005
-        map.gaussians.push_back({{x, y, 2 + 0.001f * static_cast<float>(i * 7 % 120)}, {0.5f, static_cast<float>(i) / 120, 0.25f}, 0.4f, {1, 0, 0, 0},
-                                 {size, size, size}, splat::GaussianId{i + 1}});
+        map.gaussians.push_back({{x, y, 2 + 0.001f * static_cast<float>(i * 7 % 120)},
+                                 {0.5f, static_cast<float>(i) / 120, 0.25f},
+                                 0.4f,
+                                 {1, 0, 0, 0},
+                                 {size, size, size},
+                                 splat::GaussianId{i + 1}});
     }
     return map;
 }

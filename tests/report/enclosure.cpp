@@ -230,7 +230,10 @@ TEST_CASE("a million values of random scenes are enclosed: all rules, all degree
     CHECK(sum.undecided == 0);
     CHECK(sum.least_ratio < 50); // a bound a thousand times as large would prove little
 }
-TEST_CASE("slow: a thousand million values are enclosed") { CHECK(compared(66, 66 + 63'000).values > 950'000'000); }
+TEST_CASE("slow: a thousand million values are enclosed")
+{
+    CHECK(compared(66, 66 + 63'000).values > 950'000'000);
+}
 
 TEST_CASE("numbers of two doubles are within their bounds, in any order of sizes and signs")
 {

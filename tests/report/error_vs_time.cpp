@@ -364,17 +364,18 @@ TEST_CASE("error against time: the file has each number as a reader needs it")
     auto const table = table_of(text);
     REQUIRE(table.size() == 2);
     for (auto const& [column, value] : std::map<std::string, std::string>{
-             {"scene", "sloth"}, {"camera", "orbit2"}, {"setting", "sigma 3, \"square\""}, {"e_cut_rmse", "1.2346e-03"}, {"e_round_rmse", "0.0000e+00"},
-             {"e_mesh_max", "0.0000"}, {"psnr_db", "58.170"}, {"ssim", "0.990000"}, {"max_levels", "3.2500"}, {"modelled_ms", "4.0000"}, {"host_ms", "3.0000"},
-             {"pairs", "12345678901"}, {"on_front", "0"}, {"alpha_min", "0.003921569"}, {"sigmas", "3.5"}, {"shape", "half_conic"}, {"key_bits", "16"},
-             {"degree", "4"}, {"crossing", "drop"}, {"saturation", "drop"}, {"channel_slots", "8"}, {"hops", "2"}, {"storage_slots", "300"},
-             {"rmse", "1.2346e-03"}, {"mae", "6.1728e-04"}, {"share_over_one_level", "0.001000"}, {"e_mesh_psnr_db", "inf"}, {"certified_levels", "3.2501"},
-             {"popping_rmse", "NaN"}, {"lost", "7"}, {"late", "8"}, {"unplaced", "9"}, {"exchanges", "10"}, {"messages", "11"}, {"live_bytes", "12"},
-             {"capacity_bytes", "13"}, {"copies", "14"}, {"peak_storage", "15"}, {"peak_channel", "16"}, {"pairs_contributing", "17"},
-             {"projected_bytes", "56"}, {"host_rounds", "5"}, {"host_ms_min", "1.0000"}, {"host_ms_p20", "1.0000"}, {"host_ms_p80", "5.0000"},
-             {"host_over_default", "0.5000"}, {"claim", "faster"}, {"aa_noise", "0.0200"}, {"front_pairs", "0.0000"}, {"status", "ok"},
-             {"compiler", "g++ 12"}, {"native", "yes"}, {"cpu", "a \"fast\" one"}, {"threads", "2"}, {"rounds", "5"}, {"seed", "none"}, {"git", "abc"},
-             {"build", "Release"}, {"command", "error_vs_time --quick"}, {"tile", "32x20"}, {"e_mesh_mae", "0.0000e+00"}, {"e_round_p999_levels", "0.0000"}}) {
+             {"scene", "sloth"}, {"camera", "orbit2"}, {"setting", "sigma 3, \"square\""}, {"e_cut_rmse", "1.2346e-03"},
+             {"e_round_rmse", "0.0000e+00"}, {"e_mesh_max", "0.0000"}, {"psnr_db", "58.170"}, {"ssim", "0.990000"}, {"max_levels", "3.2500"},
+             {"modelled_ms", "4.0000"}, {"host_ms", "3.0000"}, {"pairs", "12345678901"}, {"on_front", "0"}, {"alpha_min", "0.003921569"},
+             {"sigmas", "3.5"}, {"shape", "half_conic"}, {"key_bits", "16"}, {"degree", "4"}, {"crossing", "drop"}, {"saturation", "drop"},
+             {"channel_slots", "8"}, {"hops", "2"}, {"storage_slots", "300"}, {"rmse", "1.2346e-03"}, {"mae", "6.1728e-04"},
+             {"share_over_one_level", "0.001000"}, {"e_mesh_psnr_db", "inf"}, {"certified_levels", "3.2501"}, {"popping_rmse", "NaN"}, {"lost", "7"},
+             {"late", "8"}, {"unplaced", "9"}, {"exchanges", "10"}, {"messages", "11"}, {"live_bytes", "12"}, {"capacity_bytes", "13"},
+             {"copies", "14"}, {"peak_storage", "15"}, {"peak_channel", "16"}, {"pairs_contributing", "17"}, {"projected_bytes", "56"},
+             {"host_rounds", "5"}, {"host_ms_min", "1.0000"}, {"host_ms_p20", "1.0000"}, {"host_ms_p80", "5.0000"}, {"host_over_default", "0.5000"},
+             {"claim", "faster"}, {"aa_noise", "0.0200"}, {"front_pairs", "0.0000"}, {"status", "ok"}, {"compiler", "g++ 12"}, {"native", "yes"},
+             {"cpu", "a \"fast\" one"}, {"threads", "2"}, {"rounds", "5"}, {"seed", "none"}, {"git", "abc"}, {"build", "Release"},
+             {"command", "error_vs_time --quick"}, {"tile", "32x20"}, {"e_mesh_mae", "0.0000e+00"}, {"e_round_p999_levels", "0.0000"}}) {
         auto const& name = column; // Clang 14 captures no structured binding
         CAPTURE(name);
         REQUIRE(table[0].count(column) == 1);
@@ -401,9 +402,10 @@ TEST_CASE("error against time: what failed stays in the file, with its knobs, Na
     REQUIRE(table.size() == 2);
     auto const& row = table[1];
     CHECK(row.at("status") == rows[1].failed);
-    for (char const* column : {"e_cut_rmse", "e_round_rmse", "e_mesh_max", "psnr_db", "ssim", "max_levels", "modelled_ms", "host_ms", "pairs", "rmse", "mae",
-                               "p999_levels", "share_over_one_level", "split_off", "twice_products", "lost", "exchanges", "host_ms_min",
-                               "host_over_default", "front_pairs", "projected_bytes"})
+    for (char const* column :
+         {"e_cut_rmse", "e_round_rmse", "e_mesh_max", "psnr_db", "ssim", "max_levels", "modelled_ms", "host_ms", "pairs", "rmse", "mae",
+          "p999_levels", "share_over_one_level", "split_off", "twice_products", "lost", "exchanges", "host_ms_min", "host_over_default",
+          "front_pairs", "projected_bytes"})
         CHECK_MESSAGE(row.at(column) == "NaN", column);
     CHECK(row.at("on_front") == "0");
     CHECK(row.at("on_front_modelled") == "0");

@@ -310,9 +310,9 @@ TEST_CASE("the key is the highest bits of the depth")
     struct Case {
         std::uint32_t bits, depth, key;
     };
-    for (auto const& each : {Case{32, 0xffffffffu, 0xffffffffu}, Case{32, 0x3f812345u, 0x3f812345u}, Case{24, 0x3f812345u, 0x3f812300u},
-                             Case{24, 0xffffffffu, 0xffffff00u}, Case{16, 0x3f812345u, 0x3f810000u}, Case{1, 0x7fffffffu, 0u},
-                             Case{1, 0x80000001u, 0x80000000u}}) {
+    for (auto const& each :
+         {Case{32, 0xffffffffu, 0xffffffffu}, Case{32, 0x3f812345u, 0x3f812345u}, Case{24, 0x3f812345u, 0x3f812300u},
+          Case{24, 0xffffffffu, 0xffffff00u}, Case{16, 0x3f812345u, 0x3f810000u}, Case{1, 0x7fffffffu, 0u}, Case{1, 0x80000001u, 0x80000000u}}) {
         CAPTURE(each.bits);
         Knobs knobs;
         CHECK(knobs.key_bits == 32);

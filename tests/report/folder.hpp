@@ -36,7 +36,10 @@ inline std::string contents(std::filesystem::path const& path)
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
-inline void put(std::filesystem::path const& path, std::string const& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+inline void put(std::filesystem::path const& path, std::string const& bytes)
+{
+    std::ofstream(path, std::ios::binary) << bytes;
+}
 
 /// How often a text has a part.
 inline std::size_t count(std::string const& text, std::string const& part)

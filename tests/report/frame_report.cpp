@@ -156,9 +156,14 @@ TEST_CASE("two reports with as many losses differ in the first loss that differs
     };
     std::pair<std::string, void (*)(FrameReport&)> const losses[] = {
         {"lost[1]: Gaussian 8 on tile 1439 (storage_full) and Gaussian 8 on tile 1438 (storage_full)", [](FrameReport& b) { b.lost[1].tile = 1438; }},
-        {"lost[2]: Gaussian 9 on tile 3 (late) and Gaussian 9 on tile 3 (storage_full)", [](FrameReport& b) { b.lost[2].cause = report::Cause::storage_full; }},
-        {"lost[0]: Gaussian 7 (unplaced, tile 1000 is full) and Gaussian 7 (unplaced, tile 12 is full)", [](FrameReport& b) { b.lost[0].full_tile = 12; }},
-        {"full_tiles: none and 2 with tile 17, which needs 3105 of 2000 slots", [](FrameReport& b) { b.full_tiles = {2, 17, 3105, 2000}; }},
+        {"lost[2]: Gaussian 9 on tile 3 (late) and Gaussian 9 on tile 3 (storage_full)",
+         [](FrameReport& b) { b.lost[2].cause = report::Cause::storage_full; }},
+        {"lost[0]: Gaussian 7 (unplaced, tile 1000 is full) and Gaussian 7 (unplaced, tile 12 is full)",
+         [](FrameReport& b) { b.lost[0].full_tile = 12; }},
+        {"full_tiles: none and 2 with tile 17, which needs 3105 of 2000 slots",
+         [](FrameReport& b) {
+             b.full_tiles = {2, 17, 3105, 2000};
+         }},
         {"lost: 5 and 4", [](FrameReport& b) { b.lost.pop_back(); }}};
     for (auto const& [text, change] : losses) {
         differ(text, change);

@@ -52,7 +52,8 @@ double field(std::string const& rect, int which)
 
 TEST_CASE("base 64 as RFC 4648 has it in section 10, and all digits")
 {
-    for (auto const& [plain, text] : {std::pair("", ""), {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}})
+    for (auto const& [plain, text] :
+         {std::pair("", ""), {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}})
         CHECK(base64(plain) == text);
     CHECK(base64(std::string("\0\xff\xfe", 3)) == "AP/+");
     std::string const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

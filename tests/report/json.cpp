@@ -64,8 +64,9 @@ TEST_CASE("report.json says its form, the library that wrote it, what ran and of
     CHECK(json["preset"] == "paper");
     CHECK(json["engine"] == "threads");
     CHECK(json["threads"] == 3);
-    CHECK(json["policies"] == Json{{"routing", "row_first"}, {"addressing", "recomputed"}, {"saturation", "drop"}, {"footprint", "three_sigma_square"},
-                                   {"copies", "world"}, {"pixels", "rgbx8"}, {"arithmetic", "precise"}, {"hops", "quiet"}, {"rounds", "all"}});
+    CHECK(json["policies"] == Json{{"routing", "row_first"}, {"addressing", "recomputed"}, {"saturation", "drop"},
+                                   {"footprint", "three_sigma_square"}, {"copies", "world"}, {"pixels", "rgbx8"}, {"arithmetic", "precise"},
+                                   {"hops", "quiet"}, {"rounds", "all"}});
     CHECK(json["program"] == "anchored");
     CHECK(json["quality"] == "viewing");
     CHECK(json["cut_offs"] == Json{{"alpha_min", 0.0078125}, {"transmittance_min", 0.25}, {"alpha_max", 0.75}});

@@ -251,7 +251,8 @@ TEST_CASE("a JPEG with an impossible Huffman table is refused, also before the s
         REQUIRE(scan != file.npos);
         for (auto const& counts : {many_codes, no_room, no_room_later})
             for (std::size_t const at : {std::size_t{2}, scan, file.size() - 2})
-                for (char const* const before : {"", "\xff"}) CHECK(damage(before + with_table(counts, at)) == "a Huffman table has more codes than there can be");
+                for (char const* const before : {"", "\xff"})
+                    CHECK(damage(before + with_table(counts, at)) == "a Huffman table has more codes than there can be");
         CHECK(damage(with_table(all_codes, 2)) == "");
         CHECK(damage(with_table(std::array<unsigned char, 16>{}, 2)) == "");
     }

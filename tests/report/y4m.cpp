@@ -5,11 +5,11 @@
 namespace {
 
 namespace fs = std::filesystem;
+using tests::contents, tests::Folder;
 using tilemesh::report::FrameRate;
 using tilemesh::report::Image;
 using tilemesh::report::y4m_frame;
 using tilemesh::report::Y4mVideo;
-using tests::contents, tests::Folder;
 
 using Samples = std::array<int, 3>; ///< Y', Cb, Cr
 
