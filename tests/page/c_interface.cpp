@@ -68,8 +68,7 @@ TEST_CASE("ten cameras have the picture and the counters of Renderer")
 TEST_CASE("heat maps add up to the frame's counters")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"channel_slots", 2}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"channel_slots", 2}});
     for (auto const& camera : turn(map, 2)) REQUIRE_MESSAGE(handle.render(numbers(camera)), handle.error());
     auto const frame = handle.report("frame");
     auto const run = handle.report("run")["frames"][0];
@@ -113,8 +112,7 @@ TEST_CASE("heat maps add up to the frame's counters")
 TEST_CASE("a starved channel loses copies, and the difference shows where")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"channel_slots", 2}, {"saturation", "drop"}, {"difference", true}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"channel_slots", 2}, {"saturation", "drop"}, {"difference", true}});
     REQUIRE_MESSAGE(handle.render(numbers(turn(map, 1)[0])), handle.error());
     auto const frame = handle.report("frame");
     CHECK(frame["lost_copies"].get<int>() > 0);
@@ -143,8 +141,7 @@ TEST_CASE("a starved channel loses copies, and the difference shows where")
 TEST_CASE("the path of a Gaussian begins where it was and ends where it is")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}});
     auto const cameras = turn(map, 2);
     REQUIRE(handle.render(numbers(cameras[0])));
     // A record that a turn moves: the anchored ones of a tile, before and after.
@@ -182,8 +179,7 @@ TEST_CASE("the path of a Gaussian begins where it was and ends where it is")
 TEST_CASE("the difference of a crowded tile is taken from a machine that has room")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"storage_slots", 40}, {"difference", true}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"storage_slots", 40}, {"difference", true}});
     REQUIRE_MESSAGE(handle.render(numbers(turn(map, 1)[0])), handle.error());
     auto const frame = handle.report("frame");
     CHECK(frame["missing"].get<std::string>().find("of the map's") != std::string::npos);
@@ -312,8 +308,7 @@ TEST_CASE("no text is too deep, and every error is UTF-8")
 TEST_CASE("another number of the mesh begins anew, as the first frame did")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 160}, {"height", 96}}));
+    Handle const handle(Json{{"width", 160}, {"height", 96}});
     auto const cameras = turn(map, 3, {160, 96});
     REQUIRE(handle.render(numbers(cameras[0])));
     auto const first = handle.report("digest");
@@ -333,8 +328,7 @@ TEST_CASE("the complete picture of each preset is that of a machine that lacks n
     constexpr std::size_t bytes = std::size_t{4} * 160 * 96;
     for (char const* preset : {"lossless", "paper", "prototype"}) {
         CAPTURE(preset);
-        Handle handle;
-        REQUIRE(handle.set({{"width", 160}, {"height", 96}, {"preset", preset}, {"machine", "test"}, {"saturation", "hold"}}));
+        Handle const handle(Json{{"width", 160}, {"height", 96}, {"preset", preset}, {"machine", "test"}, {"saturation", "hold"}});
         REQUIRE_MESSAGE(handle.render(camera), handle.error());
         REQUIRE(handle.report("frame")["missing"] == "");
         std::vector<unsigned char> expected(bytes);
@@ -349,8 +343,7 @@ TEST_CASE("the complete picture of each preset is that of a machine that lacks n
 TEST_CASE("a camera that sees nothing gives a picture and numbers")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 64}, {"height", 48}, {"difference", true}}));
+    Handle const handle(Json{{"width", 64}, {"height", 48}, {"difference", true}});
     auto camera = handle.report("map")["start"].get<std::vector<double>>();
     for (std::size_t i : {0u, 1u, 2u, 6u, 7u, 8u}) camera[i] = -camera[i]; // everything is behind it
     REQUIRE_MESSAGE(handle.render(camera), handle.error());

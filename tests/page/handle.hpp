@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 struct Handle {
     tilemesh_handle* at = tilemesh_create();
     Handle() = default;
+    explicit Handle(Json const& settings) { REQUIRE_MESSAGE(set(settings), error()); }
     Handle(Handle const&) = delete;
     Handle& operator=(Handle const&) = delete;
     ~Handle() { tilemesh_destroy(at); }

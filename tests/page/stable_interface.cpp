@@ -70,8 +70,7 @@ TEST_CASE("planes and quality have the bits of the C++ renderer")
         options.quality = quality;
         render::HostRenderer renderer(map, render::checked(setup), options, {});
         auto const expected = renderer.render(camera);
-        Handle handle;
-        REQUIRE(handle.set(small));
+        Handle const handle(small);
         REQUIRE(handle.set({{"depth", true}, {"alpha", true}, {"quality", splat::name(quality)}, {"threads", 2}}));
         REQUIRE_MESSAGE(handle.render(numbers(camera)), handle.error());
         auto const run = handle.report("run");
@@ -89,15 +88,13 @@ TEST_CASE("homes and auto have the picture of anchored tiles, and no trace")
     auto const cameras = turn(map, 2, {width, height});
     Json planes = small;
     planes["depth"] = planes["alpha"] = true;
-    Handle anchored;
-    REQUIRE(anchored.set(planes));
+    Handle const anchored(planes);
     for (auto const& run_of : {std::pair("homes", 0), std::pair("auto", 0), std::pair("auto", 40)}) {
         char const* const program = run_of.first;
         int const storage = run_of.second;
         CAPTURE(program);
         CAPTURE(storage);
-        Handle handle;
-        REQUIRE(handle.set(planes));
+        Handle const handle(planes);
         REQUIRE_MESSAGE(handle.set({{"program", program}, {"storage_slots", storage}}), handle.error());
         for (auto const& camera : cameras) {
             REQUIRE(anchored.render(numbers(camera)));
@@ -221,8 +218,7 @@ TEST_CASE("cameras are in the coordinates of the file, also far from 0")
     for (auto& m : far)
         for (std::size_t k = 0; k < 3; ++k) m[k] += by[k];
     std::vector<double> camera = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -2, 100, 100, 80, 48, 0.1};
-    Handle handle;
-    REQUIRE(handle.set(small));
+    Handle const handle(small);
     REQUIRE_MESSAGE(handle.load("near.ply", ply(means)), handle.error());
     REQUIRE(handle.render(camera));
     auto const expected = plane(handle, "rgb_float", 3 * pixels);
@@ -247,8 +243,7 @@ TEST_CASE("the cameras of a file have the numbers of the file, and render")
 {
     std::ofstream("page_cameras.json") << R"({"cameras": [{"name": "a", "scene": "s", "width": 160, "height": 96, "fx": 100, "fy": 101, "cx": 80.5,
         "cy": 48.25, "near": 0.5, "world_to_camera": [[1, 0, 0, -4000000.25], [0, 0, 1, 2], [0, -1, 0, 3], [0, 0, 0, 1]]}]})";
-    Handle handle;
-    REQUIRE(handle.set(small));
+    Handle const handle(small);
     auto const read = handle.parsed(tilemesh_cameras(handle.at, "page_cameras.json"));
     REQUIRE(read["cameras"].size() == 1);
     auto const& camera = read["cameras"][0];

@@ -60,29 +60,25 @@ TEST_CASE("a folder's files are looked at one by one, and only those that will b
 {
     Folder const folder;
     auto const report = folder.path / "report", picture = folder.written / "a.png";
+    auto const with_picture = [&](auto const& make) { // in place of the last one
+        fs::remove(picture);
+        make();
+        return refusal(folder, report);
+    };
     fs::create_symlink(folder.map, folder.written / "c.png");
     CHECK(refusal(folder, report) == "");
-    std::ofstream(picture) << "an older picture";
-    CHECK(refusal(folder, report) == "");
-    fs::remove(picture);
-    fs::create_symlink("../read/map", picture);
-    CHECK(tests::has(refusal(folder, report), "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
-    fs::remove(picture);
-    fs::create_hard_link(folder.map, picture);
-    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
-    fs::remove(picture);
-    REQUIRE(mkfifo(picture.c_str(), 0600) == 0);
-    CHECK(tests::has(refusal(folder, report), "it is a pipe or a socket"));
-    fs::remove(picture);
-    fs::create_symlink("/dev/null", picture);
-    CHECK(refusal(folder, report) == "");
-    DistinctFiles read_again;
+    CHECK(with_picture([&] { tests::put(picture, "an older picture"); }) == "");
+    CHECK(tests::has(with_picture([&] { fs::create_symlink("../read/map", picture); }),
+                     "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
+    CHECK(tests::has(with_picture([&] { fs::create_hard_link(folder.map, picture); }), "this run reads that file"));
+    CHECK(tests::has(with_picture([&] { REQUIRE(mkfifo(picture.c_str(), 0600) == 0); }), "it is a pipe or a socket"));
+    CHECK(with_picture([&] { fs::create_symlink("/dev/null", picture); }) == "");
+    DistinctFiles read_again, files;
     CHECK_THROWS_WITH_AS(read_again.write_into(folder.written, is_picture, "a picture", "go away", DistinctFiles::Devices::refused),
                          doctest::Contains("it is a device"), tilemesh::Error);
     fs::remove(picture);
     REQUIRE(mkfifo(report.c_str(), 0600) == 0);
     CHECK(refusal(folder, report) == "");
-    DistinctFiles files;
     CHECK_THROWS_WITH_AS(files.write_into(folder.path / "absent", is_picture, "a picture", "go away"), doctest::Contains("cannot look into"),
                          tilemesh::Error);
 }

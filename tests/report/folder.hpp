@@ -41,6 +41,12 @@ inline void put(std::filesystem::path const& path, std::string const& bytes)
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
+/// An open stream that closes itself.
+struct Stream {
+    std::FILE* file;
+    ~Stream() { std::fclose(file); }
+};
+
 /// How often a text has a part.
 inline std::size_t count(std::string const& text, std::string const& part)
 {

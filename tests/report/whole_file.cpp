@@ -94,14 +94,10 @@ TEST_CASE("a file of several pieces has its name when it is finished, and never 
 TEST_CASE("pieces for an open stream leave it open, and its error has the caller's words")
 {
     using tilemesh::report::WholeFile;
-    struct Closed {
-        std::FILE* file;
-        ~Closed() { std::fclose(file); }
-    };
     Folder const folder;
     auto const path = folder.path / "a";
     {
-        Closed const stream{std::fopen(path.c_str(), "wb")};
+        tests::Stream const stream{std::fopen(path.c_str(), "wb")};
         {
             WholeFile file(stream.file, "the words", "buy a disk");
             file.put("one ");
@@ -111,7 +107,7 @@ TEST_CASE("pieces for an open stream leave it open, and its error has the caller
         std::fputs("two", stream.file);
     }
     CHECK(contents(path) == "one two");
-    Closed const stream{std::fopen(path.c_str(), "rb")}; // no write goes there
+    tests::Stream const stream{std::fopen(path.c_str(), "rb")}; // no write goes there
     WholeFile file(stream.file, "the words", "buy a disk");
     CHECK_THROWS_WITH_AS(file.put("x"), "cannot write the words (Bad file descriptor); buy a disk", tilemesh::Error);
     CHECK(folder.files() == 1);

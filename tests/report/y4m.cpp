@@ -166,10 +166,7 @@ TEST_CASE("y4m: a video that is not finished leaves nothing, and what had its na
 
 TEST_CASE("y4m: a stream has each frame at once, and stays open")
 {
-    struct Closed {
-        std::FILE* file = std::tmpfile();
-        ~Closed() { std::fclose(file); }
-    } const stream;
+    tests::Stream const stream{std::tmpfile()};
     REQUIRE(stream.file != nullptr);
     auto const length = [&] { // what the system has
         std::error_code ignored;
