@@ -50,7 +50,8 @@ bool well_formed(std::string const& text)
 /// The picture of a plot; it must be well formed.
 std::string drawn(Plot const& plot)
 {
-    auto text = drawn(plot);
+    auto text = svg(plot);
+    CHECK(well_formed(text));
     return text;
 }
 /// All numbers after `before` in the text.
