@@ -6,9 +6,7 @@
 #include <tilemesh/model/trace_files.hpp>
 
 using namespace tilemesh;
-using engine_test::error_of;
-using engine_test::has;
-using engine_test::model;
+using engine_test::error_of, engine_test::has, engine_test::model;
 
 namespace {
 

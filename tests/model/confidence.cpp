@@ -44,15 +44,11 @@ std::uint64_t of(Confidence const& c, PriceKind kind) { return c.cycles[static_c
 
 TEST_CASE("a source's first word says the kind, and a guess anywhere makes it one")
 {
-    CHECK(kind_of_source("document: a guide") == PriceKind::documented);
-    CHECK(kind_of_source("measured by others: a trace") == PriceKind::measured);
-    CHECK(kind_of_source("arithmetic: 3 x 4") == PriceKind::counted);
-    CHECK(kind_of_source("counted in our code") == PriceKind::counted);
-    CHECK(kind_of_source("fitted to Salad") == PriceKind::fitted);
-    CHECK(kind_of_source("assumed") == PriceKind::guessed);
-    CHECK(kind_of_source("a colleague") == PriceKind::guessed);
-    CHECK(kind_of_source("document: a guide; that it is 4 hops is a guess") == PriceKind::guessed);
-    CHECK(kind_of_source("") == PriceKind::guessed);
+    for (auto const& [source, kind] : {std::pair("document: a guide", PriceKind::documented), {"measured by others: a trace", PriceKind::measured},
+                                       {"arithmetic: 3 x 4", PriceKind::counted}, {"counted in our code", PriceKind::counted},
+                                       {"fitted to Salad", PriceKind::fitted}, {"assumed", PriceKind::guessed}, {"a colleague", PriceKind::guessed},
+                                       {"document: a guide; that it is 4 hops is a guess", PriceKind::guessed}, {"", PriceKind::guessed}})
+        CHECK_MESSAGE(kind_of_source(source) == kind, source);
     CHECK(ModelParameter{"sync", 7, "cycles", "fitted to x"}.kind == PriceKind::fitted);
 }
 

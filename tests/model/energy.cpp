@@ -60,8 +60,7 @@ TEST_CASE("energy: three tiles and two steps, by hand")
     CHECK(e.of("routed").joules == femto(80'000));
     CHECK(e.of(capacity_byte_event).joules == femto(2'880));
     CHECK(e.of(tile_cycle_event).joules == femto(9 * (cycles[0] + cycles[1])));
-    CHECK(e.joules_of_step ==
-          std::vector<double>{femto(8'000 + 80'000 + 2'880 + 9 * cycles[0]), femto(4'000 + 9 * cycles[1])});
+    CHECK(e.joules_of_step == std::vector<double>{femto(8'000 + 80'000 + 2'880 + 9 * cycles[0]), femto(4'000 + 9 * cycles[1])});
     auto const alike = 960 + 3 * (cycles[0] + cycles[1]);
     CHECK(e.joules_of_tile == std::vector<double>{femto(22'000 + alike), femto(67'000 + alike), femto(3'000 + alike)});
     CHECK(e.joules == femto(12'000 + 80'000 + 2'880 + 9 * (cycles[0] + cycles[1])));
@@ -132,10 +131,10 @@ TEST_CASE("energy: sums are exact where 64 bits would not hold them, and counts 
 TEST_CASE("energy: by kind, by step and by tile are the same joules")
 {
     auto const e = energy_of(prices(), model(), by_hand(), row);
-    auto const sum = [](auto const& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
-    CHECK(std::accumulate(e.events.begin(), e.events.end(), 0.0, [](double all, auto const& event) { return all + event.joules; }) == doctest::Approx(e.joules).epsilon(1e-14));
-    CHECK(sum(e.joules_of_step) == doctest::Approx(e.joules).epsilon(1e-14));
-    CHECK(sum(e.joules_of_tile) == doctest::Approx(e.joules).epsilon(1e-14));
+    std::vector<double> of_events;
+    for (auto const& event : e.events) of_events.push_back(event.joules);
+    for (auto const& parts : {of_events, e.joules_of_step, e.joules_of_tile})
+        CHECK(std::accumulate(parts.begin(), parts.end(), 0.0) == doctest::Approx(e.joules).epsilon(1e-14));
 }
 
 TEST_CASE("energy: invalid names, values and sources are refused")
@@ -149,8 +148,7 @@ TEST_CASE("energy: invalid names, values and sources are refused")
     for (std::uint64_t const value : {most_femtojoules + 1, std::uint64_t{1} << 32, ~std::uint64_t{0}}) {
         by_hand_set.events[0].value = value;
         CHECK(error_of([&] { energy_of(by_hand_set, model(), by_hand(), row); }) ==
-              "parameter slot cannot be " + std::to_string(value) +
-                  " (it goes from 0 to 4000000000 fJ); give it a value in this range");
+              "parameter slot cannot be " + std::to_string(value) + " (it goes from 0 to 4000000000 fJ); give it a value in this range");
     }
     by_hand_set.events[0].value = most_femtojoules;
     CHECK(energy_of(by_hand_set, model(), by_hand(), row).of("slot").joules == femto(12 * most_femtojoules));
@@ -201,9 +199,7 @@ TEST_CASE("energy: Mk2's range has an energy for each of its operations, with a 
         }
     }
     auto const of = [](EnergyModel const& e, char const* name) {
-        for (auto const& p : e.events)
-            if (p.name == name) return p.value;
-        return std::uint64_t{1};
+        return std::find_if(e.events.begin(), e.events.end(), [name](auto const& p) { return p.name == name; })->value;
     };
     CHECK(of(range.least, "pair") == 13'755);        // 21 flops, 10.5 multiplications of 1.31 pJ
     CHECK(of(range.least, "projection") == 189'295); // 289 flops

@@ -10,9 +10,7 @@
 #include <tilemesh/model/trace_files.hpp>
 
 using namespace tilemesh;
-using engine_test::error_of;
-using engine_test::has;
-using engine_test::model;
+using engine_test::error_of, engine_test::has, engine_test::model;
 
 namespace {
 
@@ -137,14 +135,13 @@ TEST_CASE("a grid on a part of a mesh costs what its transfers cost on all of it
     auto m = model();
     m.exchange_cost = ExchangeCost::live;
     m.exchange_cycles = 7;
-    m.network = Network{};
-    m.network->name = "large";
-    m.network->columns = 40, m.network->rows = 30;
-    m.network->link = {4, "by hand"};
-    m.network->port_in = {8, "by hand", 3};
-    m.network->flit = {4, "by hand"};
-    m.network->packet = {1000, "by hand"};
-    m.network->hop = {1, "by hand"};
+    auto& large = m.network.emplace();
+    large.name = "large";
+    large.columns = 40, large.rows = 30;
+    large.link = large.flit = {4, "by hand"};
+    large.port_in = {8, "by hand", 3};
+    large.packet = {1000, "by hand"};
+    large.hop = {1, "by hand"};
     auto const trace = random_trace(grid, random);
     auto const cost = model_cost(m, trace, grid);
     auto const nodes = nodes_of(*m.network, grid);
@@ -238,19 +235,16 @@ TEST_CASE("what bounds a superstep: the largest part, and of an exchange its res
     auto const cost = model_cost(m, by_hand(), row);
     CHECK(bound_text(cost.supersteps[0], row) == "port in (0 0)"); // 124 cycles; all tiles are alike
     CHECK(bound_text(cost.supersteps[1], row) == "compute (2 0)"); // 12 cycles
-    auto live = m;
-    live.exchange_cost = ExchangeCost::live;
-    CHECK(bound_text(model_cost(live, by_hand(), row).supersteps[0], row) == "port in (2 0)"); // 20 bytes go there
-    live.exchange_millicycles_a_byte = 0;
-    CHECK(bound_text(model_cost(live, by_hand(), row).supersteps[0], row) == "exchange"); // 100 cycles, whatever moves
-    auto chips = m;
-    chips.chips = {2, 1, 500, 0, "by hand"};
-    CHECK(bound_text(model_cost(chips, by_hand(), row).supersteps[0], row) == "border (0 0) e");
-    auto slow = m;
-    slow.sync_cycles = 1000;
-    CHECK(bound_text(model_cost(slow, by_hand(), row).supersteps[0], row) == "sync");
-    slow.vote_cycles = 2000;
-    CHECK(bound_text(model_cost(slow, by_hand(), row).supersteps[1], row) == "vote");
+    auto const bound = [&](std::size_t superstep, auto const& change) {
+        auto changed = m;
+        change(changed);
+        return bound_text(model_cost(changed, by_hand(), row).supersteps[superstep], row);
+    };
+    CHECK(bound(0, [](CostModel& c) { c.exchange_cost = ExchangeCost::live; }) == "port in (2 0)");                               // 20 bytes go there
+    CHECK(bound(0, [](CostModel& c) { c.exchange_cost = ExchangeCost::live, c.exchange_millicycles_a_byte = 0; }) == "exchange"); // 100 cycles
+    CHECK(bound(0, [](CostModel& c) { c.chips = {2, 1, 500, 0, "by hand"}; }) == "border (0 0) e");
+    CHECK(bound(0, [](CostModel& c) { c.sync_cycles = 1000; }) == "sync");
+    CHECK(bound(1, [](CostModel& c) { c.sync_cycles = 1000, c.vote_cycles = 2000; }) == "vote");
     CHECK(bound_text(SuperstepCost{0}, row).empty());
     std::ostringstream csv;
     write_step_csv(csv, by_hand(), m, row);

@@ -1,18 +1,10 @@
 // test: unoptimised test asan, without tsan
 // Machines as files: those of examples/machines/ with their sources, the prices that follow, and what is refused in one line.
 #include "../engine/everywhere.hpp"
-#include <algorithm>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <set>
-#include <sstream>
-#include <string>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/model/machine_file.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/setup_types.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using engine_test::error_of;
@@ -86,13 +78,10 @@ TEST_CASE("every machine of the folder is read and written back equal, and each 
 TEST_CASE("mk2.txt is Mk2: its size, and every price of mk2() with its kind")
 {
     auto const machine = load("mk2.txt");
-    auto const size = size_of(machine);
-    auto const mine = size_of_machine<Mk2>();
-    CHECK(size.tiles == mine.tiles);
-    CHECK(size.sram_bytes == mine.sram_bytes);
-    CHECK(size.code_bytes == mine.code_bytes);
-    CHECK(size.workers == mine.workers);
-    CHECK(size.clock_khz == mine.clock_khz);
+    auto const size = size_of(machine), mine = size_of_machine<Mk2>();
+    for (auto const member :
+         {&MachineSize::tiles, &MachineSize::sram_bytes, &MachineSize::code_bytes, &MachineSize::workers, &MachineSize::clock_khz})
+        CHECK(size.*member == mine.*member);
     CHECK(grid_of(machine)->width == 40);
     CHECK(grid_of(machine)->height == 36);
     auto const model = cost_model_of(machine), known = mk2();
@@ -100,10 +89,8 @@ TEST_CASE("mk2.txt is Mk2: its size, and every price of mk2() with its kind")
     CHECK(model.prices == known.prices);
     REQUIRE(model.parameters.size() == known.parameters.size());
     for (std::size_t i = 0; i < known.parameters.size(); ++i) {
-        INFO(known.parameters[i].name);
-        CHECK(model.parameters[i].name == known.parameters[i].name);
-        CHECK(model.parameters[i].value == known.parameters[i].value);
-        CHECK(model.parameters[i].kind == known.parameters[i].kind);
+        auto const &ours = model.parameters[i], &theirs = known.parameters[i];
+        CHECK_MESSAGE((ours.name == theirs.name && ours.value == theirs.value && ours.kind == theirs.kind), theirs.name);
     }
     std::ostringstream out;
     write_cost_model(out, model); // each price has its source

@@ -28,6 +28,10 @@ std::string refusal(Network const& n, std::vector<NetworkTransfer> const& phase)
     return tests::error_of([&] { (void)time_of(n, phase); });
 }
 using tests::has;
+std::vector<NetworkNumber> numbers_of(Network const& n)
+{
+    return {n.link, n.port_in, n.port_out, n.memory, n.flit, n.packet, n.head, n.hop, n.latency, n.issue, n.outstanding};
+}
 
 /// The links of a way as words, walked node by node.
 std::vector<std::string> links_of(Network const& n, NetworkTransfer const& t)
@@ -231,28 +235,21 @@ TEST_CASE("a network that cannot be, and a transfer outside it, are refused")
     CHECK(has(refusal(plain(), {move({0, 0}, {1, 0}, (std::uint64_t{1} << 30) + 1)}), "2^30"));
     CHECK(refusal(plain(), {move({0, 0}, {1, 0}, std::uint64_t{1} << 30)}).empty());
     CHECK(refusal(plain(), {move({0, 0}, {1, 0}, 0)}).empty());
+    auto const refuses = [&](char const* words, auto const& change) {
+        auto bad = plain();
+        change(bad);
+        CHECK(has(refusal(bad, good), words));
+    };
+    refuses("each side is 1 to 1,024", [](Network& n) { n.columns = 0; });
+    refuses("0 bytes", [](Network& n) { n.flit.value = 0; });
+    refuses("at most 1,000,000", [](Network& n) { n.hop.value = 1'000'001; });
+    refuses("at most 10^12", [](Network& n) { n.latency.value = 1'000'000'000'001; });
+    refuses("give both sides", [](Network& n) { n.chip_rows = 2; });
+    refuses("at most 4,096", [](Network& n) { n.link.value = 4097; });
     auto bad = plain();
-    bad.columns = 0;
-    CHECK(has(refusal(bad, good), "each side is 1 to 1,024"));
-    bad = plain();
-    bad.flit.value = 0;
-    CHECK(has(refusal(bad, good), "0 bytes"));
-    bad = plain();
-    bad.hop.value = 1'000'001;
-    CHECK(has(refusal(bad, good), "at most 1,000,000"));
-    bad = plain();
-    bad.latency.value = 1'000'000'000'001;
-    CHECK(has(refusal(bad, good), "at most 10^12"));
-    bad = plain();
-    bad.chip_rows = 2;
-    CHECK(has(refusal(bad, good), "give both sides"));
-    bad = plain();
-    bad.link.value = 4097;
-    CHECK(has(refusal(bad, good), "at most 4,096"));
     bad.link.value = 4093, bad.port_in.value = 4091, bad.memory.value = 4079; // primes
     CHECK(has(refusal(bad, {move({0, 0}, {1, 0}, std::uint64_t{1} << 30)}), "do not fit 64 bits"));
-    for (auto const& number : {wormhole().link, wormhole().port_in, wormhole().port_out, wormhole().memory, wormhole().flit, wormhole().packet, wormhole().head,
-                               wormhole().hop, wormhole().latency, wormhole().issue, wormhole().outstanding}) {
+    for (auto const& number : numbers_of(wormhole())) {
         bool const says = number.source.starts_with("document: ") || number.source.starts_with("measured by others: ") || number.source.starts_with("fitted: ");
         CHECK(says);
     }
@@ -261,7 +258,7 @@ TEST_CASE("a network that cannot be, and a transfer outside it, are refused")
 TEST_CASE("blackhole has documented numbers alone, and none that is fitted or measured")
 {
     auto const n = blackhole();
-    for (auto const& number : {n.link, n.port_in, n.port_out, n.memory, n.flit, n.packet, n.head, n.hop, n.latency, n.issue, n.outstanding}) {
+    for (auto const& number : numbers_of(n)) {
         bool const says = number.value == 0 ? number.source.starts_with("guess: ") : number.source.starts_with("document: ");
         CHECK(says);
     }

@@ -38,6 +38,12 @@ struct Launch {
 using Handing = Sequence<Superstep<Launch>, UntilQuiet<Hand>>;
 
 void point(auto& mesh, TileId t, Direction d) { mesh.template state<Point>(t).sends = 1 + index(d); }
+/// Every tile of a row but the last points eastwards; the first one sends parcels.
+void point_along(auto& mesh, Grid row, std::uint32_t parcels)
+{
+    for (std::uint32_t x = 0; x + 1 < row.width; ++x) point(mesh, TileId::at(x, 0), Direction::east);
+    mesh.template state<First>(TileId::at(0, 0)).parcels = parcels;
+}
 
 /// The trace of a run that most_passes stops, and its error.
 struct Stopped {
@@ -59,17 +65,10 @@ Stopped stopped(Grid grid, std::uint32_t most_passes, Load const& load)
         first = false;
     };
     using Machine = Traced<Mk2>;
-    typename CheckedMesh<Program, Machine>::Options checked;
-    checked.most_passes = most_passes;
-    checked.explain = explain_no_progress;
-    CheckedMesh<Program, Machine> one{{}, grid, checked};
+    CheckedMesh<Program, Machine> one{{}, grid, {.most_passes = most_passes, .explain = explain_no_progress}};
     on(one);
     for (auto threads : thread_counts) {
-        typename Mesh<Program, Machine>::Options options;
-        options.threads = threads;
-        options.most_passes = most_passes;
-        options.explain = explain_no_progress;
-        Mesh<Program, Machine> mesh{{}, grid, options};
+        Mesh<Program, Machine> mesh{{}, grid, {.threads = threads, .most_passes = most_passes, .explain = explain_no_progress}};
         on(mesh);
     }
     return out;
@@ -229,8 +228,7 @@ TEST_CASE("no progress: programs that make progress and end have an empty report
 {
     Grid const row{200, 1};
     on_each<Handing, Traced<Mk2>>(row, [&](auto& mesh) {
-        for (std::uint32_t x = 0; x + 1 < row.width; ++x) point(mesh, TileId::at(x, 0), Direction::east);
-        mesh.template state<First>(TileId::at(0, 0)).parcels = 2;
+        point_along(mesh, row, 2);
         mesh.run();
         auto const r = no_progress(mesh.trace(), row);
         CHECK(r.empty());
@@ -240,10 +238,7 @@ TEST_CASE("no progress: programs that make progress and end have an empty report
         CHECK(text_of(r) == "step 1 (Hand) repeats nothing in its last 199 supersteps: it goes on, or its period is longer\n");
     });
     // Stopped while it still makes progress.
-    auto const s = stopped<Handing>(row, 100, [&](auto& mesh) {
-        for (std::uint32_t x = 0; x + 1 < row.width; ++x) point(mesh, TileId::at(x, 0), Direction::east);
-        mesh.template state<First>(TileId::at(0, 0)).parcels = 1;
-    });
+    auto const s = stopped<Handing>(row, 100, [&](auto& mesh) { point_along(mesh, row, 1); });
     CHECK(no_progress(s.trace, row).empty());
     CHECK(has(s.error, "repeats nothing in its last 101 supersteps"));
 
@@ -259,35 +254,26 @@ TEST_CASE("no progress: as many passes as needed are no error; a limit one lower
 {
     Grid const row{10, 1};
     auto const run = [&](auto& mesh) {
-        for (std::uint32_t x = 0; x + 1 < row.width; ++x) point(mesh, TileId::at(x, 0), Direction::east);
-        mesh.template state<First>(TileId::at(0, 0)).parcels = 1;
+        point_along(mesh, row, 1);
         return error_of([&] { mesh.run(); });
     };
     for (std::uint32_t most : {0u, 9u, 8u}) { // nine hops
         CAPTURE(most);
-        Mesh<Handing>::Options options;
-        options.most_passes = most;
-        Mesh<Handing> mesh{{}, row, options};
+        Mesh<Handing> mesh{{}, row, {.most_passes = most}};
         auto const error = run(mesh);
-        CheckedMesh<Handing>::Options checked;
-        checked.most_passes = most;
-        CheckedMesh<Handing> slow{{}, row, checked};
+        CheckedMesh<Handing> slow{{}, row, {.most_passes = most}};
         CHECK(run(slow) == error);
         CHECK(error == (most != 8 ? ""
                                   : "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                                     "allow more, or see what repeats on a Traced machine [superstep 9 (Hand)]"));
     }
     // Without `explain` the engine has no report, and says how to get it.
-    Mesh<Handing, Traced<Mk2>>::Options unexplained;
-    unexplained.most_passes = 8;
-    Mesh<Handing, Traced<Mk2>> traced{{}, row, unexplained};
+    Mesh<Handing, Traced<Mk2>> traced{{}, row, {.most_passes = 8}};
     CHECK(run(traced) == "step 1 is not quiet after 8 passes (tiles vote busy or have mail, and most_passes allows no more); "
                          "allow more, or see what repeats (set explain to explain_no_progress) [superstep 9 (Hand)]");
     // A bound of the program is not an error, and applies first. Other kinds of steps are not bounded.
-    Mesh<UntilQuiet<Hand>>::Options options;
-    options.most_passes = 1;
     using Bounded = Sequence<Superstep<Launch>, Repeat<Hand>, UntilQuiet<Hand>>;
-    Mesh<Bounded> mesh{{{}, {5}, {1}}, row, options};
+    Mesh<Bounded> mesh{{{}, {5}, {1}}, row, {.most_passes = 1}};
     CHECK(run(mesh).empty());
 }
 
@@ -332,9 +318,7 @@ TEST_CASE("no progress: a cycle among many links, and streams without one")
     // A stream whose messages settle: period 1, no cycle.
     Trace trace;
     trace.kernels = {"K"};
-    for (int i = 0; i < 20; ++i)
-        trace.supersteps.push_back(
-            {0, true, 24, true, {{0, {}, {0, 24, 0, 0}}, {1, {}, {0, 24, 0, 0}}, {2, {{}, 16}, {}}}});
+    trace.supersteps.assign(20, {0, true, 24, true, {{0, {}, {0, 24, 0, 0}}, {1, {}, {0, 24, 0, 0}}, {2, {{}, 16}, {}}}});
     auto r = no_progress(trace, {4, 1});
     CHECK(r.period == 1);
     CHECK(r.cycle.empty());
@@ -351,10 +335,8 @@ TEST_CASE("no progress: a cycle among many links, and streams without one")
     }
     r = no_progress(trace, grid);
     REQUIRE(!r.cycle.empty());
-    for (std::size_t i = 0; i < r.cycle.size(); ++i) {
-        auto const& l = r.cycle[i];
-        CHECK(grid.index_of(grid.neighbour(grid.tile(l.tile), l.side)) == r.cycle[(i + 1) % r.cycle.size()].tile);
-    }
+    for (std::size_t i = 0; i < r.cycle.size(); ++i)
+        CHECK(grid.index_of(grid.neighbour(grid.tile(r.cycle[i].tile), r.cycle[i].side)) == r.cycle[(i + 1) % r.cycle.size()].tile);
     CHECK(has(text_of(r), "80 links carry messages: (0, 0) north, "));
     CHECK(has(text_of(r), " and 64 more\n"));
     // Eastwards along each row, but not over the edge: no cycle. Over the edge: the last tile's own link.

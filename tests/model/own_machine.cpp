@@ -70,20 +70,15 @@ std::uint64_t byte_price(double bytes_a_cycle)
 }
 std::string source_of(tilemesh::CostModel const& model, std::string const& name)
 {
-    for (auto const& p : model.parameters)
-        if (p.name == name) return p.source;
-    return {};
+    return std::find_if(model.parameters.begin(), model.parameters.end(), [&](auto const& p) { return p.name == name; })->source;
 }
 } // namespace
 
 TEST_CASE("an assumed model takes any rate of bytes that has a price, and refuses the others")
 {
-    CHECK(byte_price(4) == 250);
-    CHECK(byte_price(32) == 31);
-    CHECK(byte_price(2.9) == 345); // 344.8
-    CHECK(byte_price(0.5) == 2000);
-    CHECK(byte_price(2000) == 1); // 0.5
-    CHECK(byte_price(0.00001) == 100'000'000);
+    for (auto const& [rate, price] :
+         {std::pair(4.0, 250u), {32.0, 31u}, {2.9, 345u} /* 344.8 */, {0.5, 2000u}, {2000.0, 1u} /* 0.5 */, {0.00001, 100'000'000u}})
+        CHECK_MESSAGE(byte_price(rate) == price, rate);
     auto const model = tilemesh::assumed_model<Mine>(0.5, 100);
     CHECK(source_of(model, "exchange_byte") == "assumed: a tile receives 0.5 bytes in a cycle; rounded to whole millicycles");
     for (double const rate : {0.0, -4.0, 2001.0, 0.000009, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})

@@ -10,8 +10,10 @@ using namespace engine_test;
 using namespace engine_test::on_edges;
 
 namespace {
+constexpr Grid grid{cannon_side, cannon_side};
+
 template <bool Full>
-Trace cannon_trace(Grid grid)
+Trace cannon_trace()
 {
     Mesh mesh{cannon<Full>(), grid, Traced<Mk2>{}};
     load_cannon(mesh);
@@ -22,8 +24,7 @@ Trace cannon_trace(Grid grid)
 
 TEST_CASE("sides: a compiled exchange moves the ends that there are")
 {
-    Grid const grid{cannon_side, cannon_side};
-    auto const some = cannon_trace<false>(grid), full = cannon_trace<true>(grid);
+    auto const some = cannon_trace<false>(), full = cannon_trace<true>();
     auto model = mk2();
     model.exchange_millicycles_a_byte = 1000;
     model.exchange_cost = ExchangeCost::capacity;
@@ -38,8 +39,7 @@ TEST_CASE("sides: a compiled exchange moves the ends that there are")
 
 TEST_CASE("sides: over a border between chips goes one side")
 {
-    Grid const grid{cannon_side, cannon_side};
-    auto const trace = cannon_trace<false>(grid);
+    auto const trace = cannon_trace<false>();
     auto model = mk2();
     model.exchange_cost = ExchangeCost::capacity;
     model.chips.columns = 3; // two chips beside each other, of 3 and 2 columns
@@ -59,14 +59,11 @@ TEST_CASE("sides: over a border between chips goes one side")
 
 TEST_CASE("sides: transfers of an exchange go to the sides that there are")
 {
-    Grid const grid{cannon_side, cannon_side};
     auto const model = mk2();
     auto const network = exchange_network(model, grid);
     auto const nodes = nodes_of(network, grid);
-    auto const of = [&](Trace const& trace) {
-        return exchange_transfers(network, nodes, trace.supersteps[0], grid, ExchangeCost::capacity);
-    };
-    auto const some = of(cannon_trace<false>(grid)), full = of(cannon_trace<true>(grid));
+    auto const of = [&](Trace const& trace) { return exchange_transfers(network, nodes, trace.supersteps[0], grid, ExchangeCost::capacity); };
+    auto const some = of(cannon_trace<false>()), full = of(cannon_trace<true>());
     CHECK(some.size() == 2 * grid.size());
     CHECK(full.size() == 4 * grid.size());
     for (auto const& t : some) CHECK(t.bytes == 8 + 4);

@@ -50,14 +50,7 @@ TEST_CASE("step costs: the costs of another trace are refused with a sentence")
 {
     auto const trace = three_steps();
     auto const cost = model_cost(engine_test::model(), trace, grid);
-    auto const refusal = [&](Trace const& t, RunCost const& c) {
-        try {
-            step_costs(t, c);
-        } catch (Error const& error) {
-            return std::string(error.what());
-        }
-        return std::string();
-    };
+    auto const refusal = [](Trace const& t, RunCost const& c) { return tests::error_of([&] { step_costs(t, c); }); };
     CHECK(refusal(trace, cost).empty());
     CHECK_THROWS_AS(step_costs([] { auto t = three_steps(); t.kernels.resize(2); return t; }()), Error);
     auto shorter = cost;

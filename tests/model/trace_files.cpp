@@ -32,8 +32,9 @@ std::string chrome(Trace const& t, CostModel const& m, Grid g, std::uint32_t bus
     return written([&](auto& out) { write_chrome_trace(out, t, m, g, busiest); });
 }
 
+using Names = std::map<std::uint32_t, std::string>;
 struct Timeline {
-    std::map<std::uint32_t, std::string> names; ///< of the tracks
+    Names names; ///< of the tracks
     std::map<std::uint32_t, std::vector<nlohmann::json>> spans;
 };
 /// Checks what a viewer relies on.
@@ -155,14 +156,13 @@ TEST_CASE("trace files: each round of a loop is a span of the timeline, with its
 
 TEST_CASE("trace files: tables of three tiles and two supersteps, by hand")
 {
-    CHECK(trace_csv(by_hand(), model(), row) ==
-          "superstep,step,kernel,tile_x,tile_y,slot,projection,routed,copied,comparison,pair,pixel,"
-          "north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"
-          "0,0,Send,0,0,2,0,1,0,0,0,0,0,12,0,0,0,17\n"
-          "0,0,Send,1,0,6,0,3,0,0,0,0,0,20,0,0,0,31\n"
-          "0,0,Send,2,0,0,0,0,0,0,0,0,0,0,0,0,0,10\n"
-          "1,1,Take,1,0,1,0,0,0,0,0,0,0,0,0,0,4,11\n"
-          "1,1,Take,2,0,3,0,0,0,0,0,0,0,0,0,0,12,12\n");
+    CHECK(trace_csv(by_hand(), model(), row) == "superstep,step,kernel,tile_x,tile_y,slot,projection,routed,copied,comparison,pair,pixel,"
+                                                "north_bytes,east_bytes,west_bytes,south_bytes,settled_bytes,compute_cycles\n"
+                                                "0,0,Send,0,0,2,0,1,0,0,0,0,0,12,0,0,0,17\n"
+                                                "0,0,Send,1,0,6,0,3,0,0,0,0,0,20,0,0,0,31\n"
+                                                "0,0,Send,2,0,0,0,0,0,0,0,0,0,0,0,0,0,10\n"
+                                                "1,1,Take,1,0,1,0,0,0,0,0,0,0,0,0,0,4,11\n"
+                                                "1,1,Take,2,0,3,0,0,0,0,0,0,0,0,0,0,12,12\n");
     std::string const header = "superstep,step,kernel,tiles_run,compute_cycles,exchange_cycles,sync_cycles,vote_cycles,"
                                "slowest_x,slowest_y,bound_by\n";
     CHECK(step_csv(by_hand(), model(), row) == header + "0,0,Send,3,31,124,7,0,1,0,port in (0 0)\n1,1,Take,2,12,0,7,3,2,0,compute (2 0)\n");
@@ -188,16 +188,15 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
 {
     auto const t = timeline(chrome(by_hand(), model(), row));
     // Busy: 17, 42, 22.
-    CHECK(t.names == std::map<std::uint32_t, std::string>{
-              {1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}, {4, "tile 2, 0"}, {5, "tile 0, 0"}});
+    Names const names{{1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}, {4, "tile 2, 0"}, {5, "tile 0, 0"}};
+    CHECK(t.names == names);
     struct Span {
         std::string name;
         double begin, cycles;
     };
     std::map<std::uint32_t, std::vector<Span>> const expected = {
         {1, {{"Send", 0, 162}, {"Take", 162, 22}}},
-        {2,
-         {{"compute", 0, 31}, {"exchange", 31, 124}, {"sync", 155, 7}, {"compute", 162, 12}, {"sync", 174, 7}, {"vote", 181, 3}}},
+        {2, {{"compute", 0, 31}, {"exchange", 31, 124}, {"sync", 155, 7}, {"compute", 162, 12}, {"sync", 174, 7}, {"vote", 181, 3}}},
         {3, {{"Send", 0, 31}, {"Take", 162, 11}}},
         {4, {{"Send", 0, 10}, {"Take", 162, 12}}},
         {5, {{"Send", 0, 17}}}};
@@ -213,13 +212,11 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
         }
     }
     CHECK(t.spans.at(1)[1].at("args") == nlohmann::json{{"superstep", 1}, {"cycles", 22}, {"step", 1}, {"passes", 1}});
-    CHECK(t.spans.at(3)[0].at("args") ==
-          nlohmann::json{{"superstep", 0}, {"cycles", 31}, {"slot", 6}, {"routed", 3}, {"sent_bytes", 20}});
+    CHECK(t.spans.at(3)[0].at("args") == nlohmann::json{{"superstep", 0}, {"cycles", 31}, {"slot", 6}, {"routed", 3}, {"sent_bytes", 20}});
     CHECK(t.spans.at(2)[3].at("args") == nlohmann::json{{"superstep", 1}, {"step", 1}, {"kernel", "Take"}, {"cycles", 12},
                                                         {"tiles_run", 2}, {"slowest", "tile 2, 0"}});
 
-    CHECK(timeline(chrome(by_hand(), model(), row, 1)).names ==
-          std::map<std::uint32_t, std::string>{{1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}});
+    CHECK(timeline(chrome(by_hand(), model(), row, 1)).names == Names{{1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}});
     CHECK(timeline(chrome(by_hand(), model(), row, 0)).spans.size() == 2);
     CHECK(timeline(chrome(by_hand(), model(), row, 3)).spans.size() == 5);
     CHECK(timeline(chrome(by_hand(), free_of_charge(), row)).spans.empty()); // nothing takes time
@@ -227,13 +224,10 @@ TEST_CASE("trace files: the timeline of three tiles and two supersteps, by hand"
     // Of tiles that are equally busy, the lower index comes first.
     auto equal = model();
     for (auto& p : equal.prices) p.millicycles = 0;
-    CHECK(timeline(chrome(by_hand(), equal, row)).names ==
-          std::map<std::uint32_t, std::string>{
-              {1, "steps"}, {2, "machine"}, {3, "tile 1, 0"}, {4, "tile 2, 0"}, {5, "tile 0, 0"}});
+    CHECK(timeline(chrome(by_hand(), equal, row)).names == names);
     auto reversed = by_hand();
     reversed.supersteps.pop_back();
-    CHECK(timeline(chrome(reversed, equal, row, 2)).names ==
-          std::map<std::uint32_t, std::string>{{1, "steps"}, {2, "machine"}, {3, "tile 0, 0"}, {4, "tile 1, 0"}});
+    CHECK(timeline(chrome(reversed, equal, row, 2)).names == Names{{1, "steps"}, {2, "machine"}, {3, "tile 0, 0"}, {4, "tile 1, 0"}});
 }
 
 TEST_CASE("trace files: on the timeline a step is one span until another step runs; steps of one kernel have different names")
@@ -300,8 +294,7 @@ TEST_CASE("trace files: names that need quoting")
     trace.kernels[1] = name;
     auto m = model();
     m.name = name;
-    CHECK(step_csv(trace, m, row).find("1,1,\"a \"\"b\"\", c\\d\n\t\x01\x7f <\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80>\",2,12") !=
-          std::string::npos);
+    CHECK(tests::has(step_csv(trace, m, row), "1,1,\"a \"\"b\"\", c\\d\n\t\x01\x7f <\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80>\",2,12"));
     CHECK(trace_csv(trace, m, row).find("1,1,\"a \"\"b\"\", c") != std::string::npos);
     auto const text = chrome(trace, m, row);
     CHECK(text.find("c\\\\d\\n\\t\\u0001\x7f") != std::string::npos);
@@ -312,27 +305,24 @@ TEST_CASE("trace files: names that need quoting")
     CHECK(nlohmann::json::parse(text).at("traceEvents")[0].at("args").at("name") == name);
 
     // Names that need none have none; an empty one is a field too.
-    using model_detail::csv_field;
-    CHECK(csv_field("a b\\c") == "a b\\c");
-    CHECK(csv_field("").empty());
-    CHECK(csv_field("a,b") == "\"a,b\"");
-    CHECK(csv_field("\"") == "\"\"\"\"");
-    CHECK(csv_field("a\rb") == "\"a\rb\"");
+    for (auto const& [name_of, field] : {std::pair("a b\\c", "a b\\c"), {"", ""}, {"a,b", "\"a,b\""}, {"\"", "\"\"\"\""}, {"a\rb", "\"a\rb\""}})
+        CHECK(model_detail::csv_field(name_of) == field);
 }
 
 TEST_CASE("trace files: heat maps by hand")
 {
     auto const t = by_hand();
     auto const m = model();
-    CHECK(heat_map(t, m, row, TileSum::busy_cycles) == std::vector<double>{17, 42, 22});
-    CHECK(heat_map(t, m, row, TileSum::idle_cycles) == std::vector<double>{26, 1, 21}); // of 31 and 12
-    CHECK(heat_map(t, m, row, TileSum::sent_bytes) == std::vector<double>{12, 20, 0});
-    CHECK(heat_map(t, m, row, TileSum::tile_runs) == std::vector<double>{1, 2, 2});
-    CHECK(heat_map(t, m, row, TileSum::settled_bytes) == std::vector<double>{0, 4, 12});
-    CHECK(heat_map(t, m, row, TileSum::channel_fill) == std::vector<double>{0.5, 20.0 / 24, 0}); // of 24 bytes
-    CHECK(heat_map(t, row, "slot") == std::vector<double>{2, 7, 3});
-    CHECK(heat_map(t, row, "routed") == std::vector<double>{1, 3, 0});
-    CHECK(heat_map(t, row, "pixel") == std::vector<double>{0, 0, 0});
+    using Values = std::vector<double>;
+    CHECK(heat_map(t, m, row, TileSum::busy_cycles) == Values{17, 42, 22});
+    CHECK(heat_map(t, m, row, TileSum::idle_cycles) == Values{26, 1, 21}); // of 31 and 12
+    CHECK(heat_map(t, m, row, TileSum::sent_bytes) == Values{12, 20, 0});
+    CHECK(heat_map(t, m, row, TileSum::tile_runs) == Values{1, 2, 2});
+    CHECK(heat_map(t, m, row, TileSum::settled_bytes) == Values{0, 4, 12});
+    CHECK(heat_map(t, m, row, TileSum::channel_fill) == Values{0.5, 20.0 / 24, 0}); // of 24 bytes
+    CHECK(heat_map(t, row, "slot") == Values{2, 7, 3});
+    CHECK(heat_map(t, row, "routed") == Values{1, 3, 0});
+    CHECK(heat_map(t, row, "pixel") == Values{0, 0, 0});
     CHECK_THROWS_WITH_AS(heat_map(t, row, "swap"),
                          "no heat map of operation swap (the program's kernels count slot, projection, routed, copied, comparison, pair, "
                          "pixel); name one of these", Error);

@@ -1,6 +1,7 @@
 // test: unoptimised test asan tsan
 #include "../../examples/heat/heat.hpp"
 #include "../engine/everywhere.hpp"
+#include "../report/folder.hpp"
 #include "../report/html_elements.hpp"
 #include <tilemesh/model/assumed_parameters.hpp>
 #include <tilemesh/model/trace_page.hpp>
@@ -9,25 +10,7 @@
 using namespace engine_test;
 
 namespace {
-namespace fs = std::filesystem;
-std::string text_of(fs::path const& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-/// A folder of its own, removed at the end.
-struct Folder {
-    fs::path path = fs::temp_directory_path() / "tilemesh_trace_page";
-    Folder() { fs::remove_all(path); }
-    ~Folder() { fs::remove_all(path); }
-    std::vector<std::string> names() const
-    {
-        std::vector<std::string> out;
-        for (auto const& file : fs::directory_iterator(path)) out.push_back(file.path().filename().string());
-        std::sort(out.begin(), out.end());
-        return out;
-    }
-};
+using tests::contents, tests::count, tests::Folder;
 /// Two supersteps of two tiles; prices with sources.
 Trace two_tiles()
 {
@@ -46,12 +29,6 @@ CostModel priced()
     return m;
 }
 constexpr Grid two{2, 1};
-std::size_t count(std::string const& text, std::string const& what)
-{
-    std::size_t n = 0;
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-    return n;
-}
 /// One of the large numbers of a page.
 std::string figure(std::string const& html, std::string const& what)
 {
@@ -96,7 +73,7 @@ TEST_CASE("trace page: the heat equation as files and a page")
     CHECK(written == folder.path / "heat.html");
     CHECK(folder.names() == std::vector<std::string>{"heat.html", "heat.maps.csv", "heat.model.txt", "heat.supersteps.csv", "heat.tiles.csv",
                                                      "heat.trace.json"});
-    auto const html = text_of(written);
+    auto const html = contents(written);
     CHECK(has(html, "<h1>Heat &amp; &lt;more&gt;</h1>"));
     CHECK(has(html, "Where the time goes, by step"));
     CHECK(has(html, "The run over time"));
@@ -125,10 +102,10 @@ TEST_CASE("trace page: the heat equation as files and a page")
     CHECK(read_cost_model(model, "heat.model.txt") == mk2());
     // The same bytes again.
     write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page);
-    CHECK(text_of(written) == html);
+    CHECK(contents(written) == html);
     page.sram_bytes = 1'000'000;
-    CHECK(has(text_of(write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page)), " % of 1,000,000</td>"));
-    CHECK(has(text_of(write_trace_page(folder.path, "heat", mesh.trace(), grid, page)), " % of 1,000,000</td>"));
+    CHECK(has(contents(write_trace_page(folder.path, "heat", mesh.trace(), mk2(), grid, page)), " % of 1,000,000</td>"));
+    CHECK(has(contents(write_trace_page(folder.path, "heat", mesh.trace(), grid, page)), " % of 1,000,000</td>"));
 }
 
 TEST_CASE("trace page: supersteps over time show the mean of the tiles; drawing one costs what its tiles did, not the grid")
@@ -180,7 +157,7 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     page.png = [](report::Image const& image) { return "PNG" + std::to_string(image.width) + "x" + std::to_string(image.height); };
     page.most_tile_lines = 2;
     page.most_timeline_bytes = 10;
-    auto const html = text_of(write_trace_page(folder.path, "run", two_tiles(), priced(), two, page));
+    auto const html = contents(write_trace_page(folder.path, "run", two_tiles(), priced(), two, page));
     CHECK(folder.names() ==
           std::vector<std::string>{"run.energy.csv", "run.html", "run.maps.csv", "run.model.txt", "run.supersteps.csv"});
     CHECK(has(html, "left out: 3 lines are more than 2"));
@@ -201,8 +178,8 @@ TEST_CASE("trace page: pictures inside, maps of the caller, energy, and what is 
     CHECK(has(html, "<dt>energy</dt><dd>" + report::significant((6 + 160 + 2 * cycles) / 1e9, 6) + " J</dd>"));
     CHECK(has(html, "<td>compare</td><td>6</td>"));
     CHECK(has(html, "<p>The weakest prices behind this time are guessed: "));
-    CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
-                                                   "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
+    CHECK(contents(folder.path / "run.maps.csv") == "tile_x,tile_y,numbers,channel_fill,busy_cycles,idle_cycles\n"
+                                                    "0,0,1.5,100,40,20\n1,0,2,0,50,10\n");
 }
 
 TEST_CASE("trace page: a ledger for a terminal, and what is assumed about a machine")
@@ -229,7 +206,7 @@ TEST_CASE("trace page: without a cost model it shows what ran, and no times")
     TracePage page;
     page.title = "Untimed";
     page.run = "sort";
-    auto const html = text_of(write_trace_page(folder.path, "run", two_tiles(), two, page));
+    auto const html = contents(write_trace_page(folder.path, "run", two_tiles(), two, page));
     CHECK(folder.names() == std::vector<std::string>{"run.html", "run.maps.csv", "run.tiles.csv"});
     CHECK(has(html, "</h1>\n<p class=\"lead\">The sort took 2 passes and 1 exchange; the most loaded tile is (0, 0), which sent 20 bytes, "
                     "2.0 times the mean.</p>"));
@@ -239,9 +216,9 @@ TEST_CASE("trace page: without a cost model it shows what ran, and no times")
     CHECK_FALSE(has(html, "<svg"));
     CHECK_FALSE(has(html, " ms"));
     CHECK(is_sound(html));
-    CHECK(text_of(folder.path / "run.maps.csv") == "tile_x,tile_y,channel_fill,sent_bytes,tile_runs,operation_0\n0,0,100,20,1,4\n1,0,0,0,2,2\n");
+    CHECK(contents(folder.path / "run.maps.csv") == "tile_x,tile_y,channel_fill,sent_bytes,tile_runs,operation_0\n0,0,100,20,1,4\n1,0,0,0,2,2\n");
     // Nothing ran: still a page.
-    auto const empty = text_of(write_trace_page(folder.path, "empty", Trace{}, two));
+    auto const empty = contents(write_trace_page(folder.path, "empty", Trace{}, two));
     CHECK(is_sound(empty));
     CHECK(has(empty, "The run took 0 passes and 0 exchanges."));
 }
@@ -262,7 +239,7 @@ TEST_CASE("trace page: for each step the slowest tile, and what it counted in th
     set_price(model, "skip", 1000, "a test");
     Folder folder;
     auto const row_of = [&](std::string const& step) {
-        auto const html = text_of(write_trace_page(folder.path, "run", trace, model, two));
+        auto const html = contents(write_trace_page(folder.path, "run", trace, model, two));
         CHECK(has(html, "<th>share</th><th>bounded by, in passes</th><th>slowest tile and its operations</th></tr>"));
         CHECK(has(html, "<table class=\"l1 l13 l14 w14\">")); // words stand left, with room for some in a line
         CHECK(is_sound(html));
@@ -290,7 +267,7 @@ TEST_CASE("trace page: every step is named once on the timeline and has its own 
     trace.operations = {{"compare"}, {}, {}};
     trace.supersteps[0].tiles[1].operations.settled_bytes = 12; // so the page has the table of ideal routing
     Folder folder;
-    auto const html = text_of(write_trace_page(folder.path, "run", trace, priced(), two));
+    auto const html = contents(write_trace_page(folder.path, "run", trace, priced(), two));
     auto const timeline = html.substr(html.find("The run over time"), html.find("</svg>", html.find("The run over time")) - html.find("The run over time"));
     CHECK(count(timeline, ">Transpose 1</text>") == 1);
     CHECK(count(timeline, ">Transpose 2</text>") == 1);
@@ -300,17 +277,11 @@ TEST_CASE("trace page: every step is named once on the timeline and has its own 
         CHECK(count(bars.substr(0, bars.find("</svg>")), ">" + std::string(name) + "</text>") == 1);
         CHECK(count(html, "<td>" + std::string(name) + "</td>") == (name == std::string("Never") ? 2 : 1)); // ideal routing joins the first two
     }
+    CHECK(has(html, "<h3>Ideal routing</h3>"));
     CHECK(has(html, "<td>Transpose 1 to Transpose 2</td>"));
+    trace.supersteps[0].tiles[1].operations.settled_bytes = 0; // every bound would be 0
+    CHECK_FALSE(has(contents(write_trace_page(folder.path, "run", trace, priced(), two)), "Ideal routing"));
     CHECK(has(html, "Slowest: the synchronisation of step Transpose 2; "));
-}
-
-TEST_CASE("trace page: without settled bytes there is no ideal routing, because every bound would be 0")
-{
-    Folder folder;
-    auto trace = two_tiles();
-    CHECK_FALSE(has(text_of(write_trace_page(folder.path, "run", trace, priced(), two)), "Ideal routing"));
-    trace.supersteps[0].tiles[1].operations.settled_bytes = 12;
-    CHECK(has(text_of(write_trace_page(folder.path, "run", trace, priced(), two)), "<h3>Ideal routing</h3>"));
 }
 
 TEST_CASE("trace page: a program's reason stands in the first sentence; the slowest tile is outlined in the picture and in each map")
@@ -324,7 +295,7 @@ TEST_CASE("trace page: a program's reason stands in the first sentence; the slow
     report::Image picture(60, 20); // of two tiles of 32 x 20 pixels; the second one's last 4 columns are outside
     page.picture = &picture;
     page.tile_px = {32, 20};
-    auto const html = text_of(write_trace_page(folder.path, "run", trace, priced(), two, page));
+    auto const html = contents(write_trace_page(folder.path, "run", trace, priced(), two, page));
     CHECK(has(html, "Slowest: tile (1, 0); "));
     CHECK(has(html, " of the frame is its compute in step Transpose, 2.0 times the mean of all tiles, because tile 1 of step 0 has &lt;many&gt;; "));
     CHECK(count(html, "style=\"aspect-ratio: 60.000 / 20.000\"") == 4);
@@ -402,23 +373,22 @@ TEST_CASE("trace page: the cost model's table has the prices of operations that 
     auto model = priced();
     set_price(model, "never_counted", 7, "assumed: 7");
     auto const cell = [](std::string const& name) { return "<td>" + name + "</td>"; };
-    auto const counted = text_of(write_trace_page(folder.path, "run", two_tiles(), model, two));
+    auto const counted = contents(write_trace_page(folder.path, "run", two_tiles(), model, two));
     CHECK(has(counted, cell("compare")));
     CHECK(has(counted, cell("exchange_byte"))); // no operation
     CHECK_FALSE(has(counted, cell("never_counted")));
     CHECK(has(counted, "prices of operations that this run did not count"));
-    CHECK(has(text_of(folder.path / "run.model.txt"), "never_counted"));
+    CHECK(has(contents(folder.path / "run.model.txt"), "never_counted"));
     auto few = two_tiles();
     for (auto& superstep : few.supersteps)
         for (auto& tile : superstep.tiles) tile.operations = {};
-    CHECK_FALSE(has(text_of(write_trace_page(folder.path, "few", few, model, two)), cell("compare")));
+    CHECK_FALSE(has(contents(write_trace_page(folder.path, "few", few, model, two)), cell("compare")));
 }
 
 TEST_CASE("trace page: a folder that is a file, a map of another grid and a price without a source are refused")
 {
     Folder folder;
-    fs::create_directories(folder.path);
-    std::ofstream(folder.path / "file") << "x";
+    tests::put(folder.path / "file", "x");
     CHECK(has(error_of([&] { write_trace_page(folder.path / "file", "run", two_tiles(), priced(), two); }), "name another folder"));
     TracePage page;
     page.maps = {{"numbers", "Numbers", "what a tile holds", true, {1.5}}};
@@ -428,5 +398,5 @@ TEST_CASE("trace page: a folder that is a file, a map of another grid and a pric
     m.prices.push_back({"compare", 1});
     CHECK(has(error_of([&] { write_trace_page(folder.path, "run", two_tiles(), m, two); }), "parameter compare has no source"));
     CHECK(has(error_of([&] { write_trace_page(folder.path, "run", two_tiles(), mk2(), two); }), "operation compare of kernel Transpose"));
-    CHECK(!fs::exists(folder.path / "run.html"));
+    CHECK(!std::filesystem::exists(folder.path / "run.html"));
 }

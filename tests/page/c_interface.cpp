@@ -68,8 +68,7 @@ TEST_CASE("ten cameras have the picture and the counters of Renderer")
 TEST_CASE("heat maps add up to the frame's counters")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"channel_slots", 2}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"channel_slots", 2}});
     for (auto const& camera : turn(map, 2)) REQUIRE_MESSAGE(handle.render(numbers(camera)), handle.error());
     auto const frame = handle.report("frame");
     auto const run = handle.report("run")["frames"][0];
@@ -113,8 +112,7 @@ TEST_CASE("heat maps add up to the frame's counters")
 TEST_CASE("a starved channel loses copies, and the difference shows where")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"channel_slots", 2}, {"saturation", "drop"}, {"difference", true}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"channel_slots", 2}, {"saturation", "drop"}, {"difference", true}});
     REQUIRE_MESSAGE(handle.render(numbers(turn(map, 1)[0])), handle.error());
     auto const frame = handle.report("frame");
     CHECK(frame["lost_copies"].get<int>() > 0);
@@ -143,8 +141,7 @@ TEST_CASE("a starved channel loses copies, and the difference shows where")
 TEST_CASE("the path of a Gaussian begins where it was and ends where it is")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}});
     auto const cameras = turn(map, 2);
     REQUIRE(handle.render(numbers(cameras[0])));
     // A record that a turn moves: the anchored ones of a tile, before and after.
@@ -158,12 +155,12 @@ TEST_CASE("the path of a Gaussian begins where it was and ends where it is")
             }
     }
     REQUIRE(moved != 0);
-    auto const before = Json::parse(tilemesh_gaussian(handle.at, moved));
+    auto const before = handle.gaussian(moved);
     CHECK(before["state"] == "on a tile");
     CHECK(before["path"].is_null());
     REQUIRE(handle.set({{"follow", moved}}));
     REQUIRE(handle.render(numbers(cameras[1])));
-    auto const after = Json::parse(tilemesh_gaussian(handle.at, moved));
+    auto const after = handle.gaussian(moved);
     REQUIRE(after["path"].is_array());
     REQUIRE(!after["path"].empty());
     Json first, last; // the tiles that store the record, not a copy of it
@@ -176,14 +173,13 @@ TEST_CASE("the path of a Gaussian begins where it was and ends where it is")
     CHECK(first["superstep"] == 0);
     CHECK(first["tile"] == before["anchor"]);
     CHECK(last["tile"] == after["anchor"]);
-    CHECK(Json::parse(tilemesh_gaussian(handle.at, 0xffffffffu))["state"] == "not in the map");
+    CHECK(handle.gaussian(0xffffffffu)["state"] == "not in the map");
 }
 
 TEST_CASE("the difference of a crowded tile is taken from a machine that has room")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 320}, {"height", 180}, {"storage_slots", 40}, {"difference", true}}));
+    Handle const handle(Json{{"width", 320}, {"height", 180}, {"storage_slots", 40}, {"difference", true}});
     REQUIRE_MESSAGE(handle.render(numbers(turn(map, 1)[0])), handle.error());
     auto const frame = handle.report("frame");
     CHECK(frame["missing"].get<std::string>().find("of the map's") != std::string::npos);
@@ -217,8 +213,7 @@ TEST_CASE("a mistake is one line, and the handle lives")
 {
     Handle handle;
     CHECK(handle.error().empty());
-    CHECK(tilemesh_pixels(handle.at, "rgba") == nullptr); // there is no frame
-    CHECK(is_one_line(handle.error()));
+    refused(handle, tilemesh_pixels(handle.at, "rgba")); // there is no frame
     CHECK(tilemesh_report(handle.at, "frame") == nullptr);
     REQUIRE(handle.set({{"width", 64}, {"height", 48}}));
     auto const start = handle.report("map")["start"].get<std::vector<double>>();
@@ -232,8 +227,7 @@ TEST_CASE("a mistake is one line, and the handle lives")
                              "{\"follow\": -2}", "{\"tile_width\": 1, \"tile_height\": 1}", "{\"tile_width\": 200, \"tile_height\": 200, \"width\": 400}", "{\"width\": null}",
                              "{\"width\": 99999999999999999999999}", "\xff\xfe"}) {
         CAPTURE(json);
-        CHECK(tilemesh_set(handle.at, json) == 0);
-        CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+        refused(handle, tilemesh_set(handle.at, json));
     }
     CHECK(tilemesh_set(handle.at, "{\"chanel_slots\": 3}") == 0); // the nearest name is named
     CHECK_MESSAGE(handle.error().find("but there is channel_slots") != std::string::npos, handle.error());
@@ -248,8 +242,7 @@ TEST_CASE("a mistake is one line, and the handle lives")
         for (double const v : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
             auto camera = start;
             camera[i] = v;
-            CHECK(!handle.render(camera));
-            CHECK(is_one_line(handle.error()));
+            refused(handle, handle.render(camera));
         }
     for (std::size_t const i : {12u, 13u, 16u})
         for (double const v : {0.0, -1.0}) {
@@ -267,8 +260,7 @@ TEST_CASE("a mistake is one line, and the handle lives")
         }
         CHECK(!handle.render(camera));
         CHECK(handle.error().find(*fault == 'm' ? "its rotation is mirrored" : "its rotation is not orthonormal") != std::string::npos);
-        CHECK(tilemesh_track_begin(handle.at, camera.data(), 0) == 0);
-        CHECK(is_one_line(handle.error()));
+        refused(handle, tilemesh_track_begin(handle.at, camera.data(), 0));
     }
     CHECK(tilemesh_render(handle.at, nullptr) == 0);
     CHECK(tilemesh_pixels(handle.at, "rgb") == nullptr);
@@ -277,20 +269,14 @@ TEST_CASE("a mistake is one line, and the handle lives")
     CHECK(tilemesh_heat(handle.at, "heat", -1) == nullptr);
     CHECK(tilemesh_heat(handle.at, "load", -2) == nullptr);
     CHECK(tilemesh_heat(handle.at, "load", 1'000'000) == nullptr);
-    CHECK(tilemesh_tile(handle.at, 1440) == nullptr);
-    CHECK(is_one_line(handle.error()));
-    std::string const garbage = "ply\nformat nonsense 1.0\n";
-    CHECK(tilemesh_load(handle.at, "a.ply", garbage.data(), garbage.size()) == 0);
-    CHECK(is_one_line(handle.error()));
-    CHECK(tilemesh_load(handle.at, "a.png", "\x89PNG", 4) == 0);
+    refused(handle, tilemesh_tile(handle.at, 1440));
+    refused(handle, handle.load("a.ply", "ply\nformat nonsense 1.0\n"));
+    CHECK(!handle.load("a.png", "\x89PNG"));
     CHECK(tilemesh_load(handle.at, nullptr, "", 0) == 0);
-    CHECK(tilemesh_trajectory(handle.at, "t", "1 2 3", 5) == nullptr);
-    CHECK(is_one_line(handle.error()));
+    refused(handle, tilemesh_trajectory(handle.at, "t", "1 2 3", 5));
     CHECK(tilemesh_trajectory(handle.at, "t", nullptr, 0) == nullptr);
-    CHECK(tilemesh_cameras(handle.at, nullptr) == nullptr);
-    CHECK(is_one_line(handle.error()));
-    CHECK(tilemesh_cameras(handle.at, "no such file") == nullptr);
-    CHECK(is_one_line(handle.error()));
+    refused(handle, tilemesh_cameras(handle.at, nullptr));
+    refused(handle, tilemesh_cameras(handle.at, "no such file"));
 
     // The frame is still there, and the next one is as it would have been.
     CHECK(handle.report("digest")["picture"] == digest);
@@ -308,26 +294,21 @@ TEST_CASE("no text is too deep, and every error is UTF-8")
 {
     Handle handle;
     auto const deep = "{\"width\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}";
-    CHECK(tilemesh_set(handle.at, deep.c_str()) == 0);
-    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
-    auto const is_utf8 = [&] { // a dump throws if it is not
-        CHECK(is_one_line(handle.error()));
-        CHECK_NOTHROW((void)Json(handle.error()).dump());
+    refused(handle, tilemesh_set(handle.at, deep.c_str()));
+    auto const in_utf8 = [&](auto result) {
+        refused(handle, result);
+        CHECK_NOTHROW((void)Json(handle.error()).dump()); // it throws if the text is not UTF-8
     };
     std::string const odd = "\xff\xfe\xc3";
-    CHECK(tilemesh_report(handle.at, odd.c_str()) == nullptr);
-    is_utf8();
-    CHECK(tilemesh_load(handle.at, odd.c_str(), "garbage", 7) == 0);
-    is_utf8();
-    CHECK(tilemesh_set(handle.at, ("{\"" + std::string(59, 'a') + "\xc3\xa9\": 1}").c_str()) == 0); // the cut falls into a letter
-    is_utf8();
+    in_utf8(tilemesh_report(handle.at, odd.c_str()));
+    in_utf8(handle.load(odd, "garbage"));
+    in_utf8(tilemesh_set(handle.at, ("{\"" + std::string(59, 'a') + "\xc3\xa9\": 1}").c_str())); // the cut falls into a letter
 }
 
 TEST_CASE("another number of the mesh begins anew, as the first frame did")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 160}, {"height", 96}}));
+    Handle const handle(Json{{"width", 160}, {"height", 96}});
     auto const cameras = turn(map, 3, {160, 96});
     REQUIRE(handle.render(numbers(cameras[0])));
     auto const first = handle.report("digest");
@@ -347,8 +328,7 @@ TEST_CASE("the complete picture of each preset is that of a machine that lacks n
     constexpr std::size_t bytes = std::size_t{4} * 160 * 96;
     for (char const* preset : {"lossless", "paper", "prototype"}) {
         CAPTURE(preset);
-        Handle handle;
-        REQUIRE(handle.set({{"width", 160}, {"height", 96}, {"preset", preset}, {"machine", "test"}, {"saturation", "hold"}}));
+        Handle const handle(Json{{"width", 160}, {"height", 96}, {"preset", preset}, {"machine", "test"}, {"saturation", "hold"}});
         REQUIRE_MESSAGE(handle.render(camera), handle.error());
         REQUIRE(handle.report("frame")["missing"] == "");
         std::vector<unsigned char> expected(bytes);
@@ -363,8 +343,7 @@ TEST_CASE("the complete picture of each preset is that of a machine that lacks n
 TEST_CASE("a camera that sees nothing gives a picture and numbers")
 {
     auto const map = scene::built_in_map();
-    Handle handle;
-    REQUIRE(handle.set({{"width", 64}, {"height", 48}, {"difference", true}}));
+    Handle const handle(Json{{"width", 64}, {"height", 48}, {"difference", true}});
     auto camera = handle.report("map")["start"].get<std::vector<double>>();
     for (std::size_t i : {0u, 1u, 2u, 6u, 7u, 8u}) camera[i] = -camera[i]; // everything is behind it
     REQUIRE_MESSAGE(handle.render(camera), handle.error());
@@ -372,7 +351,7 @@ TEST_CASE("a camera that sees nothing gives a picture and numbers")
     for (char const* what : {"load", "copies", "channel", "refused", "lost", "pairs", "busy"})
         for (float const v : handle.heat(what)) CHECK(v >= 0.0f);
     CHECK(handle.tile(0)["list"].empty());
-    auto const g = Json::parse(tilemesh_gaussian(handle.at, 0xfffffff0u));
+    auto const g = handle.gaussian(0xfffffff0u);
     CHECK(g["state"] == "not in the map");
     CHECK(g["mean"].is_null());
     CHECK(g["missing"].empty());
@@ -381,25 +360,19 @@ TEST_CASE("a camera that sees nothing gives a picture and numbers")
 TEST_CASE("a map and a trajectory from bytes")
 {
     Handle handle;
-    std::string ply = "ply\nformat ascii 1.0\nelement vertex 1\n";
-    for (char const* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
-        ply += std::string("property float ") + name + "\n";
-    ply += "end_header\n0 0 0 1 0.5 0.2 4 -2 -2 -2 1 0 0 0\n";
-    REQUIRE_MESSAGE(tilemesh_load(handle.at, "one.ply", ply.data(), ply.size()) == 1, handle.error());
+    REQUIRE_MESSAGE(handle.load("one.ply", ply({{0, 0, 0}})), handle.error());
     auto const map = handle.report("map");
     CHECK(map["gaussians"] == 1);
     REQUIRE_MESSAGE(handle.render(map["start"].get<std::vector<double>>()), handle.error());
     CHECK(handle.report("frame")["visible"] == 1);
-    auto const g = Json::parse(tilemesh_gaussian(handle.at, 1));
+    auto const g = handle.gaussian(1);
     CHECK(g["state"] == "on a tile");
     REQUIRE(tilemesh_load(handle.at, nullptr, nullptr, 0) == 1);
     CHECK(handle.report("map")["name"] == "built_in");
     CHECK(tilemesh_pixels(handle.at, "rgba") == nullptr); // the frame was of another map
 
     std::string const tum = "# stamps\n1.5 0 0 1 0 0 0 1\n2.5 0 0 2 0 0 0 1\n";
-    auto const* const text = tilemesh_trajectory(handle.at, "t.txt", tum.data(), tum.size());
-    REQUIRE_MESSAGE(text != nullptr, handle.error());
-    auto const poses = Json::parse(text);
+    auto const poses = handle.parsed(tilemesh_trajectory(handle.at, "t.txt", tum.data(), tum.size()));
     CHECK(poses["format"] == "tum");
     REQUIRE(poses["poses"].size() == 2);
     CHECK(poses["poses"][1]["seconds"] == 2.5);

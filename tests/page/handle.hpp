@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 struct Handle {
     tilemesh_handle* at = tilemesh_create();
     Handle() = default;
+    explicit Handle(Json const& settings) { REQUIRE_MESSAGE(set(settings), error()); }
     Handle(Handle const&) = delete;
     Handle& operator=(Handle const&) = delete;
     ~Handle() { tilemesh_destroy(at); }
@@ -25,18 +26,15 @@ struct Handle {
     std::string error() const { return tilemesh_error(at); }
     bool set(Json const& json) const { return tilemesh_set(at, json.dump().c_str()) != 0; }
     bool render(std::vector<double> const& camera) const { return tilemesh_render(at, camera.data()) != 0; }
-    Json report(char const* what) const
+    Json parsed(char const* text) const
     {
-        auto const* const text = tilemesh_report(at, what);
         REQUIRE_MESSAGE(text != nullptr, error());
         return Json::parse(text);
     }
-    Json tile(std::uint32_t t) const
-    {
-        auto const* const text = tilemesh_tile(at, t);
-        REQUIRE_MESSAGE(text != nullptr, error());
-        return Json::parse(text);
-    }
+    Json report(char const* what) const { return parsed(tilemesh_report(at, what)); }
+    Json tile(std::uint32_t t) const { return parsed(tilemesh_tile(at, t)); }
+    Json gaussian(std::uint32_t id) const { return parsed(tilemesh_gaussian(at, id)); }
+    bool load(std::string const& name, std::string const& bytes) const { return tilemesh_load(at, name.c_str(), bytes.data(), bytes.size()) != 0; }
     std::vector<float> heat(char const* what, int superstep = -1) const
     {
         auto const frame = report("frame");
@@ -61,6 +59,27 @@ inline std::vector<splat::Camera> turn(scene::Map const& map, std::uint32_t fram
 inline bool is_one_line(std::string const& text)
 {
     return !text.empty() && text.find('\n') == text.npos && text.find("; ") != text.npos && text.find('(') != text.npos;
+}
+
+/// A PLY of doubles: Gaussians at these places, round and nearly opaque.
+inline std::string ply(std::vector<std::array<double, 3>> const& means)
+{
+    std::ostringstream text;
+    text.precision(17);
+    text << "ply\nformat ascii 1.0\nelement vertex " << means.size() << "\n";
+    for (char const* name :
+         {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+        text << "property double " << name << "\n";
+    text << "end_header\n";
+    for (auto const& m : means) text << m[0] << " " << m[1] << " " << m[2] << " 1 0.5 0.2 3 -2 -2 -2 1 0 0 0\n";
+    return text.str();
+}
+/// What a call gave back, 0 or nullptr, refuses it, and its error is one line.
+template <class Result>
+void refused(Handle const& handle, Result result)
+{
+    CHECK(!result);
+    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
 }
 
 } // namespace page_test

@@ -25,8 +25,13 @@ const text = (p, id) => p.value(`document.getElementById("${id}").textContent`);
 const levels = p => p.value(`(() => { const c = document.getElementById("picture"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
   let h = 2166136261; for (const v of d) h = Math.imul(h ^ v, 16777619); return h >>> 0; })()`);
 
+const pages = []; // of the case that runs
+async function session(...how) {
+  pages.push(await b.session(...how));
+  return pages.at(-1);
+}
 async function opened(width, height, how = {}, fragment = "") {
-  const p = await b.session(width, height, how);
+  const p = await session(width, height, how);
   await p.open(url + fragment);
   await p.until("typeof frames !== 'undefined' && frames > 0");
   await idle(p);
@@ -77,7 +82,7 @@ const test = (name, run) => cases.push([name, run]);
 
 test("opens from disk, asks no network, draws the built-in map", async () => {
   assert.ok(statSync(file).size <= 3e6, `${statSync(file).size} bytes are more than 3 MB`);
-  const p = await b.session();
+  const p = await session();
   const begin = Date.now();
   await p.open(url);
   await p.until("typeof frames !== 'undefined' && frames > 0");
@@ -95,7 +100,6 @@ test("opens from disk, asks no network, draws the built-in map", async () => {
   await p.value("document.getElementById('grid').focus()");
   // The browser refuses a request even if a script asks for one.
   assert.equal(await p.value("fetch('https://example.org/').then(() => 'sent', () => 'refused')"), "refused");
-  await p.close();
 });
 
 test("ten cameras have the digests of the native build", async () => {
@@ -110,7 +114,6 @@ test("ten cameras have the digests of the native build", async () => {
     assert.deepEqual([digest.picture, digest.counters], words.slice(17, 19));
   }
   note(`${lines.length} cameras are equal`);
-  await p.close();
 });
 
 test("drag, wheel and keys move the camera", async () => {
@@ -146,7 +149,6 @@ test("drag, wheel and keys move the camera", async () => {
   await idle(p);
   assert.equal(await p.value("viewText(state.view)"), views[0]);
   assert.deepEqual(p.faults, []);
-  await p.close();
 });
 
 test("a starved channel: lost copies are those of report.json, and are said in words", async () => {
@@ -182,7 +184,6 @@ test("a starved channel: lost copies are those of report.json, and are said in w
   await idle(p);
   await p.until("last.difference?.pixels === 0");
   assert.equal(await text(p, "n-lost"), "0");
-  await p.close();
 });
 
 test("scrubs through the supersteps", async () => {
@@ -211,7 +212,6 @@ test("scrubs through the supersteps", async () => {
   await idle(p);
   assert.equal(await heat(), whole);
   assert.notEqual(inside, whole);
-  await p.close();
 });
 
 test("a tile, its ledger, channels and records; a Gaussian and its path", async () => {
@@ -241,7 +241,6 @@ test("a tile, its ledger, channels and records; a Gaussian and its path", async 
   const [x0, y0, x1, y1] = await p.value("shown.tile.rect");
   assert.ok(x0 <= 320 && 320 <= x1 && y0 <= 198 && 198 <= y1, `${[x0, y0, x1, y1]}`);
   assert.ok(await p.value("[shown.gaussian.anchor, ...shown.gaussian.copies].includes(shown.tile.tile)"));
-  await p.close();
 });
 
 test("a link shows the same", async () => {
@@ -289,7 +288,6 @@ test("a link shows the same", async () => {
   const r = await opened(1280, 900, {}, "#view=1,2&size=9x9&channel_slots=99999999&tile=abc&heat=xyz&preset=none&superstep=77777");
   assert.ok(await r.value("last.width") === 640); // a damaged link is a page that works
   assert.match(await text(r, "problem"), /\(.*\); /);
-  for (const page of [p, q, r]) await page.close();
 });
 
 test("dropped files: a map, garbage, poses", async () => {
@@ -331,7 +329,6 @@ test("dropped files: a map, garbage, poses", async () => {
   assert.equal(await p.value("playing"), false);
   await clickOn(p, "#built-in");
   await p.until("map.gaussians !== 5000");
-  await p.close();
 });
 
 test("links of nonsense give a page that works", async () => {
@@ -349,7 +346,7 @@ test("links of nonsense give a page that works", async () => {
     await drag(p, 30, 0);
     assert.notEqual(await levels(p), before, link);
     assert.deepEqual(p.faults, [], link);
-    await p.close();
+    await p.close(); // so that few are open at once
   }
 });
 
@@ -361,7 +358,6 @@ test("a lens bends the picture, and a link carries it", async () => {
   assert.equal(await levels(p), await levels(q));
   await set(p, "set-lens", "pinhole");
   assert.equal(await levels(p), straight);
-  for (const page of [p, q]) await page.close();
 });
 
 test("a link that is pasted into the page shows what it shows in a new page", async () => {
@@ -373,7 +369,6 @@ test("a link that is pasted into the page shows what it shows in a new page", as
   await idle(p);
   assert.equal(await levels(p), await levels(q));
   assert.equal(await p.value("shown.heat.join()"), await q.value("shown.heat.join()"));
-  for (const page of [p, q]) await page.close();
 });
 
 test("maps that are dropped while others are read, and while the camera turns", async () => {
@@ -400,7 +395,6 @@ test("maps that are dropped while others are read, and while the camera turns", 
   assert.deepEqual(turnedMap, fresh);
   assert.equal(picture, await levels(q));
   assert.deepEqual(p.faults, []);
-  for (const page of [p, q]) await page.close();
 });
 
 test("what is no file, and several files, are one line", async () => {
@@ -417,7 +411,6 @@ test("what is no file, and several files, are one line", async () => {
   assert.equal(await p.value("settings.channel_slots"), 1);
   assert.equal(await p.value("Number(document.getElementById('set-channel_slots').value)"), 1);
   assert.deepEqual(p.faults, []);
-  await p.close();
 });
 
 test("a trajectory of 100,000 poses does not stop the page", async () => {
@@ -430,7 +423,6 @@ test("a trajectory of 100,000 poses does not stop the page", async () => {
   assert.match(await text(p, "pose-text"), /^1 of 100,000, 0\.00 s/);
   note(await longTasks(p));
   if (timed) assert.equal(await p.value("long.length"), 0);
-  await p.close();
 });
 
 test("saves PNG, PFM and report.json", async () => {
@@ -456,7 +448,6 @@ test("saves PNG, PFM and report.json", async () => {
   assert.equal(report.frames.length, 1);
   assert.equal(report.frames[0].pairs, (await frame(p)).pairs);
   assert.equal(report.frames[0].image, "frame_0000.png"); // as render_map names it
-  await p.close();
 });
 
 test("a map of 250,000 Gaussians", async () => {
@@ -481,14 +472,12 @@ test("a map of 250,000 Gaussians", async () => {
     await idle(p);
     note(`${await text(p, "map-name")} ${await text(p, "n-host")} a frame, ${await text(p, "memory")} ${await text(p, "missing")}`);
   }
-  await p.close();
 });
 
 test("a phone: nothing is cut off, touch turns and comes closer", async () => {
   for (const [width, height] of [[320, 640], [740, 360]]) { // a small phone, and one that lies
     const small = await opened(width, height, {mobile: true}, "#size=320x180&tile=700");
     assert.ok(await small.value("document.documentElement.scrollWidth <= innerWidth"), `${width} pixels`);
-    await small.close();
   }
   const p = await opened(400, 800, {mobile: true});
   assert.ok(await p.value("document.documentElement.scrollWidth <= innerWidth"));
@@ -509,7 +498,6 @@ test("a phone: nothing is cut off, touch turns and comes closer", async () => {
   assert.ok(await p.value("state.view.distance") < after.distance, "two fingers come closer");
   await p.value("document.getElementById('tile').scrollIntoView()");
   assert.deepEqual(p.faults, []);
-  await p.close();
 });
 
 test("keyboard alone reaches and works everything, with names for a screen reader", async () => {
@@ -557,7 +545,6 @@ test("keyboard alone reaches and works everything, with names for a screen reade
                                         node.role.value !== "RootWebArea");
   assert.deepEqual(nameless.map(node => node.role.value), []);
   assert.deepEqual(p.faults, []);
-  await p.close();
 });
 
 test("text has a contrast of at least 4.5 in light and in dark", async () => {
@@ -573,7 +560,6 @@ test("text has a contrast of at least 4.5 in light and in dark", async () => {
         const [a, b] = [light(rgba(getComputedStyle(e).color)), light(behind(e))].sort((x, y) => y - x);
         return [e.tagName + "#" + e.id, (a + 0.05) / (b + 0.05)]; }).filter(([, ratio]) => ratio < 4.5); })()`);
     assert.deepEqual(low, []);
-    await p.close();
   }
 });
 
@@ -601,7 +587,6 @@ test("turns 0.5 degrees a frame; the newest camera wins; no task of the page is 
   await p.value("want('show')");
   await idle(p);
   assert.equal(await p.value("shown.tile.list.map(r => r.id).join()"), records);
-  await p.close();
 });
 
 // The pictures of examples/page/README.md, in a folder: --shots FOLDER.
@@ -614,7 +599,6 @@ test("screenshots", async () => {
   writeFileSync(join(to, "page_starved.png"), await starved.screenshot());
   const phone = await opened(400, 800, {mobile: true, dark: true}, "#heat=pairs");
   writeFileSync(join(to, "page_phone.png"), await phone.screenshot(true));
-  for (const page of [wide, starved, phone]) await page.close();
 });
 
 setTimeout(() => { console.log("FAILED: the cases take more than 25 minutes"); b.kill(); process.exit(1); }, 1500000).unref();
@@ -628,6 +612,7 @@ for (const [name, run] of cases) {
     ++failed;
     console.log(`FAILED ${name}\n${error.stack}`);
   }
+  for (const page of pages.splice(0)) await page.close().catch(() => {});
 }
 await b.close();
 rmSync(folder, {recursive: true, force: true});

@@ -2,26 +2,14 @@
 #include "../../examples/c/tilemesh.h"
 #include "../scene/real_packing.hpp"
 #include "handle.hpp"
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <fstream>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <tilemesh/render/setup.hpp>
 #include <tilemesh/basic_renderer.hpp>
+#include <tilemesh/render/setup.hpp>
 #include <tilemesh/report/image.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/splat/quality.hpp>
 #include <tilemesh/splat/setup_types.hpp>
-#include <utility>
-#include <vector>
 
 namespace render = tilemesh::render;
 using namespace page_test;
@@ -40,19 +28,6 @@ int code(Handle const& handle)
 {
     return tilemesh_error_code(handle.at);
 }
-/// A PLY of doubles: Gaussians at these places, round and nearly opaque.
-std::string ply(std::vector<std::array<double, 3>> const& means)
-{
-    std::ostringstream text;
-    text.precision(17);
-    text << "ply\nformat ascii 1.0\nelement vertex " << means.size() << "\n";
-    for (char const* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1",
-                             "rot_2", "rot_3"})
-        text << "property double " << name << "\n";
-    text << "end_header\n";
-    for (auto const& m : means) text << m[0] << " " << m[1] << " " << m[2] << " 1 0.5 0.2 3 -2 -2 -2 1 0 0 0\n";
-    return text.str();
-}
 constexpr std::size_t width = 160, height = 96, pixels = width * height;
 Json const small = {{"width", width}, {"height", height}};
 
@@ -61,8 +36,7 @@ Json const small = {{"width", width}, {"height", height}};
 TEST_CASE("depth and alpha of one Gaussian are those of its place and its opacity")
 {
     Handle handle;
-    auto const one = ply({{0, 0, 0}});
-    REQUIRE_MESSAGE(tilemesh_load(handle.at, "one.ply", one.data(), one.size()) == 1, handle.error());
+    REQUIRE_MESSAGE(handle.load("one.ply", ply({{0, 0, 0}})), handle.error());
     REQUIRE(handle.set(small));
     std::vector<double> const camera = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -2, 100, 100, 80.5, 48.5, 0.1};
     REQUIRE_MESSAGE(handle.render(camera), handle.error());
@@ -96,8 +70,7 @@ TEST_CASE("planes and quality have the bits of the C++ renderer")
         options.quality = quality;
         render::HostRenderer renderer(map, render::checked(setup), options, {});
         auto const expected = renderer.render(camera);
-        Handle handle;
-        REQUIRE(handle.set(small));
+        Handle const handle(small);
         REQUIRE(handle.set({{"depth", true}, {"alpha", true}, {"quality", splat::name(quality)}, {"threads", 2}}));
         REQUIRE_MESSAGE(handle.render(numbers(camera)), handle.error());
         auto const run = handle.report("run");
@@ -115,15 +88,13 @@ TEST_CASE("homes and auto have the picture of anchored tiles, and no trace")
     auto const cameras = turn(map, 2, {width, height});
     Json planes = small;
     planes["depth"] = planes["alpha"] = true;
-    Handle anchored;
-    REQUIRE(anchored.set(planes));
+    Handle const anchored(planes);
     for (auto const& run_of : {std::pair("homes", 0), std::pair("auto", 0), std::pair("auto", 40)}) {
         char const* const program = run_of.first;
         int const storage = run_of.second;
         CAPTURE(program);
         CAPTURE(storage);
-        Handle handle;
-        REQUIRE(handle.set(planes));
+        Handle const handle(planes);
         REQUIRE_MESSAGE(handle.set({{"program", program}, {"storage_slots", storage}}), handle.error());
         for (auto const& camera : cameras) {
             REQUIRE(anchored.render(numbers(camera)));
@@ -152,14 +123,13 @@ TEST_CASE("homes and auto have the picture of anchored tiles, and no trace")
         CHECK(plane(handle, "rgb_float", 3 * pixels) == plane(anchored, "rgb_float", 3 * pixels));
     }
     Handle handle;
-    for (Json const& refused :
+    for (Json const& wrong :
          {Json{{"program", "homes"}, {"hops", 3}}, Json{{"program", "homes"}, {"tile_width", 16}, {"tile_height", 16}},
           Json{{"program", "homes"}, {"saturation", "drop"}}, Json{{"program", "auto"}, {"difference", true}},
           Json{{"program", "homes"}, {"follow", 3}}, Json{{"program", "other"}}, Json{{"quality", "best"}}, Json{{"threads", 0}},
           Json{{"threads", 257}}, Json{{"depth", 1}}, Json{{"rounds", 2}}, Json{{"fold", "off"}}, Json{{"held", 9}, {"program", "anchored"}}}) {
-        CAPTURE(refused.dump());
-        CHECK(!handle.set(refused));
-        CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+        CAPTURE(wrong.dump());
+        refused(handle, handle.set(wrong));
         CHECK(code(handle) == TILEMESH_BAD_INPUT);
     }
     CHECK(handle.report("settings")["program"] == "anchored");
@@ -208,17 +178,13 @@ TEST_CASE("a tracker finds the camera of a rendered picture, and says when it is
 
     REQUIRE(tilemesh_track_begin(handle.at, guess.data(), 1) == 1);
     auto const nan = std::numeric_limits<double>::quiet_NaN();
-    CHECK(tilemesh_track(handle.at, nullptr, depth.data(), 320 * 180, 0.0, nullptr) == 0);
-    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
-    CHECK(tilemesh_track(handle.at, rgb.data(), nullptr, 320 * 180, 0.0, nullptr) == 0);
-    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+    refused(handle, tilemesh_track(handle.at, nullptr, depth.data(), 320 * 180, 0.0, nullptr));
+    refused(handle, tilemesh_track(handle.at, rgb.data(), nullptr, 320 * 180, 0.0, nullptr));
     for (std::size_t const n : {std::size_t{0}, std::size_t{320 * 180 - 1}, std::size_t{320 * 180 + 1}, ~std::size_t{0}}) {
-        CHECK(tilemesh_track(handle.at, rgb.data(), depth.data(), n, 0.0, nullptr) == 0);
-        CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+        refused(handle, tilemesh_track(handle.at, rgb.data(), depth.data(), n, 0.0, nullptr));
         CHECK(code(handle) == TILEMESH_BAD_INPUT);
     }
-    CHECK(tilemesh_track(handle.at, rgb.data(), depth.data(), 320 * 180, nan, nullptr) == 0);
-    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+    refused(handle, tilemesh_track(handle.at, rgb.data(), depth.data(), 320 * 180, nan, nullptr));
     for (auto const& [by, plus] : {std::pair(255.0f, 0.0f), std::pair(2.0f, -1.0f)}) { // levels; -1 to 1
         auto levels = rgb;
         for (auto& v : levels) v = by * v + plus;
@@ -251,15 +217,13 @@ TEST_CASE("cameras are in the coordinates of the file, also far from 0")
     std::array<double, 3> const by = {4'000'000, -2'000'000, 1'000'000};
     for (auto& m : far)
         for (std::size_t k = 0; k < 3; ++k) m[k] += by[k];
-    auto const near_text = ply(means), far_text = ply(far);
     std::vector<double> camera = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -2, 100, 100, 80, 48, 0.1};
-    Handle handle;
-    REQUIRE(handle.set(small));
-    REQUIRE_MESSAGE(tilemesh_load(handle.at, "near.ply", near_text.data(), near_text.size()) == 1, handle.error());
+    Handle const handle(small);
+    REQUIRE_MESSAGE(handle.load("near.ply", ply(means)), handle.error());
     REQUIRE(handle.render(camera));
     auto const expected = plane(handle, "rgb_float", 3 * pixels);
     auto const near_map = handle.report("map");
-    REQUIRE_MESSAGE(tilemesh_load(handle.at, "far.ply", far_text.data(), far_text.size()) == 1, handle.error());
+    REQUIRE_MESSAGE(handle.load("far.ply", ply(far)), handle.error());
     for (std::size_t k = 0; k < 3; ++k) camera[9 + k] += by[k];
     REQUIRE_MESSAGE(handle.render(camera), handle.error());
     auto const shown = plane(handle, "rgb_float", 3 * pixels);
@@ -271,7 +235,7 @@ TEST_CASE("cameras are in the coordinates of the file, also far from 0")
     for (std::size_t k = 0; k < 3; ++k) {
         CHECK(far_map["start"][9 + k].get<double>() - by[k] == doctest::Approx(near_map["start"][9 + k].get<double>()).epsilon(1e-3).scale(1));
         CHECK(far_map["target"][k].get<double>() - by[k] == doctest::Approx(near_map["target"][k].get<double>()).epsilon(1e-3).scale(1));
-        CHECK(Json::parse(tilemesh_gaussian(handle.at, 1))["mean"][k].get<double>() == doctest::Approx(far[0][k]).epsilon(1e-12));
+        CHECK(handle.gaussian(1)["mean"][k].get<double>() == doctest::Approx(far[0][k]).epsilon(1e-12));
     }
 }
 
@@ -279,11 +243,8 @@ TEST_CASE("the cameras of a file have the numbers of the file, and render")
 {
     std::ofstream("page_cameras.json") << R"({"cameras": [{"name": "a", "scene": "s", "width": 160, "height": 96, "fx": 100, "fy": 101, "cx": 80.5,
         "cy": 48.25, "near": 0.5, "world_to_camera": [[1, 0, 0, -4000000.25], [0, 0, 1, 2], [0, -1, 0, 3], [0, 0, 0, 1]]}]})";
-    Handle handle;
-    REQUIRE(handle.set(small));
-    auto const* const text = tilemesh_cameras(handle.at, "page_cameras.json");
-    REQUIRE_MESSAGE(text != nullptr, handle.error());
-    auto const read = Json::parse(text);
+    Handle const handle(small);
+    auto const read = handle.parsed(tilemesh_cameras(handle.at, "page_cameras.json"));
     REQUIRE(read["cameras"].size() == 1);
     auto const& camera = read["cameras"][0];
     CHECK(camera["name"] == "s/a");
@@ -293,8 +254,7 @@ TEST_CASE("the cameras of a file have the numbers of the file, and render")
     CHECK(numbers == std::vector<double>{1, 0, 0, 0, 0, 1, 0, -1, 0, 4000000.25, 3, -2, 100, 101, 80.5, 48.25, 0.5});
     CHECK_MESSAGE(handle.render(numbers), handle.error());
     std::ofstream("page_cameras.json") << R"({"cameras": [{"name": "a"}]})";
-    CHECK(tilemesh_cameras(handle.at, "page_cameras.json") == nullptr);
-    CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+    refused(handle, tilemesh_cameras(handle.at, "page_cameras.json"));
 }
 
 TEST_CASE("maps in every format that the build has, from bytes and from files")
@@ -318,7 +278,7 @@ TEST_CASE("maps in every format that the build has, from bytes and from files")
 #endif
     for (auto const& file : files) {
         CAPTURE(file.first);
-        REQUIRE_MESSAGE(tilemesh_load(handle.at, file.first.c_str(), file.second.data(), file.second.size()) == 1, handle.error());
+        REQUIRE_MESSAGE(handle.load(file.first, file.second), handle.error());
         auto const from_bytes = handle.report("map");
         CHECK(from_bytes["gaussians"].get<int>() + from_bytes["rejected"].get<int>() == 3);
         auto const path = "page_" + file.first;
@@ -328,15 +288,13 @@ TEST_CASE("maps in every format that the build has, from bytes and from files")
         CHECK(handle.report("map")["start"] == from_bytes["start"]);
         REQUIRE_MESSAGE(handle.render(from_bytes["start"].get<std::vector<double>>()), handle.error());
         // Half of the file is an error, and the map stays.
-        CHECK(tilemesh_load(handle.at, file.first.c_str(), file.second.data(), file.second.size() / 2) == 0);
-        CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+        refused(handle, handle.load(file.first, file.second.substr(0, file.second.size() / 2)));
         CHECK(code(handle) == TILEMESH_BAD_INPUT);
         CHECK(handle.report("map")["gaussians"] == from_bytes["gaussians"]);
     }
     for (char const* path : {"", "page_no_such_file", "/dev/null", "."}) {
         CAPTURE(path);
-        CHECK(tilemesh_load_file(handle.at, path) == 0);
-        CHECK_MESSAGE(is_one_line(handle.error()), handle.error());
+        refused(handle, tilemesh_load_file(handle.at, path));
         CHECK(code(handle) == TILEMESH_BAD_INPUT);
     }
     CHECK(tilemesh_load_file(handle.at, nullptr) == 0);

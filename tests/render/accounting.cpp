@@ -2,11 +2,6 @@
 // From counters to a report: made-up numbers go in, and the report comes out.
 #include "../compare_reports.hpp"
 #include "../splat/support.hpp"
-#include <array>
-#include <bit>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <numeric>
 #include <tilemesh/render/accounting.hpp>
 
 using namespace tilemesh;
@@ -50,6 +45,11 @@ render::AnchoredSums sums()
     out.add(second, Work{});
     return out;
 }
+/// The report has these numbers in these fields.
+void has_counts(report::FrameReport const& r, std::map<std::string, std::uint64_t> const& expected)
+{
+    for (auto const& [name, count] : expected) CHECK_MESSAGE(report::total(r, name) == count, name);
+}
 } // namespace
 
 TEST_CASE("accounting: every counter goes to its place in the report")
@@ -57,38 +57,22 @@ TEST_CASE("accounting: every counter goes to its place in the report")
     auto run = run_of(6); // project, route, bloom's first, bloom, sort, composite
     run.peaks = {{"storage", 41, 2000}, {"marks", 99, 2000}, {"road", 42, 200}, {"beam", 43, 200}};
     auto const r = render::account<Whole>(run, sums(), true);
-    CHECK(r.gaussians.visible == 0x100000000u);
-    CHECK(r.gaussians.parked == 2 + 1);
-    CHECK(r.gaussians.moved == 3 + 2);
-    CHECK(r.gaussians.held == r.refused.by_channels());
-    CHECK(r.hops == 4 + 3);
-    for (auto const& field : report::report_fields) {
-        CAPTURE(field.name);
-        if (auto const word = field.anchored.word; word != nullptr) CHECK(field.count(r) == sums()[word]);
-    }
-    CHECK(r.refused.by_channels() == 5 + 4 + 6 + 5);
-    CHECK(r.refused.by_storage() == 7 + 6 + 8 + 7);
-    CHECK(r.refused.copies_refused == 9 + 8);
-    CHECK(r.copies == 11 + 10);
-    CHECK(r.pairs == (11 + 12 + 13 + 14 + 15 + 16) * 16);
-    CHECK(r.pairs_contributing == 17 + 18 + 19 + 20 + 21 + 22);
-    CHECK(r.exchanges.project == 1);
-    CHECK(r.exchanges.route == 2);
-    CHECK(r.exchanges.bloom == 3 + 4);
-    CHECK(r.exchanges.composite == 6);
-    CHECK(r.passes.project == 100);
-    CHECK(r.passes.route == 200);
-    CHECK(r.passes.bloom == 300 + 400);
-    CHECK(r.passes.composite == 500 + 600);
+    has_counts(r, {{"gaussians.visible", 0x100000000u}, {"gaussians.parked", 2 + 1}, {"gaussians.moved", 3 + 2}, {"hops", 4 + 3},
+                   {"copies", 11 + 10}, {"pairs", (11 + 12 + 13 + 14 + 15 + 16) * 16}, {"pairs_contributing", 17 + 18 + 19 + 20 + 21 + 22},
+                   {"exchanges.project", 1}, {"exchanges.route", 2}, {"exchanges.bloom", 3 + 4}, {"exchanges.composite", 6},
+                   {"passes.project", 100}, {"passes.route", 200}, {"passes.bloom", 300 + 400}, {"passes.composite", 500 + 600},
+                   {"messages", 2100}, {"exchanged_bytes.live", 4200}, {"exchanged_bytes.capacity", 6300},
+                   {"peak.storage", 41}, {"peak.channel", 43}});
     CHECK(r.host_ms.project == 1);
     CHECK(r.host_ms.route == 10);
     CHECK(r.host_ms.bloom == 1100);
     CHECK(r.host_ms.composite == 110'000);
-    CHECK(r.messages == 2100);
-    CHECK(r.exchanged_live_bytes == 4200);
-    CHECK(r.exchanged_capacity_bytes == 6300);
-    CHECK(r.peak_storage == 41);
-    CHECK(r.peak_channel == 43);
+    CHECK(r.gaussians.held == r.refused.by_channels());
+    CHECK(r.refused.by_channels() == 5 + 4 + 6 + 5);
+    CHECK(r.refused.by_storage() == 7 + 6 + 8 + 7);
+    CHECK(r.refused.copies_refused == 9 + 8);
+    for (auto const& field : report::report_fields)
+        if (auto const word = field.anchored.word; word != nullptr) CHECK_MESSAGE(field.count(r) == sums()[word], field.name);
     CHECK(r.digests == std::vector<std::uint64_t>{7, 8, 9});
     CHECK(r.lost.empty());
 
@@ -100,14 +84,8 @@ TEST_CASE("accounting: a part that a setup does without took nothing")
     auto run = run_of(3); // project, sort, composite
     run.peaks = {{"storage", 41, 2000}, {"road", 42, 200}};
     auto const r = render::account<Minimal>(run, sums(), true);
-    CHECK(r.exchanges.project == 1);
-    CHECK(r.exchanges.route == 0);
-    CHECK(r.exchanges.bloom == 0);
-    CHECK(r.exchanges.composite == 3);
-    CHECK(r.passes.project == 100);
-    CHECK(r.passes.route == 0);
-    CHECK(r.passes.bloom == 0);
-    CHECK(r.passes.composite == 200 + 300);
+    has_counts(r, {{"exchanges.project", 1}, {"exchanges.route", 0}, {"exchanges.bloom", 0}, {"exchanges.composite", 3},
+                   {"passes.project", 100}, {"passes.route", 0}, {"passes.bloom", 0}, {"passes.composite", 200 + 300}});
     CHECK(r.host_ms.route == 0);
     CHECK(r.host_ms.bloom == 0);
     CHECK(r.host_ms.composite == 110);
@@ -136,24 +114,18 @@ TEST_CASE("accounting: the first sum that does not hold is named")
     CHECK(says(r, 12, 3) == "");
     for (std::uint64_t gone : {2u, 4u}) CHECK(says(r, 12, gone) == "visible, parked and earlier lost records are not the records of the map");
     auto wrong = r;
-    wrong.gaussians.dropped = 2;
-    CHECK(says(wrong, 12, 3) == "records that were lost before are not among the dropped");
-    wrong = r;
-    wrong.gaussians.visible = 1;
-    CHECK(says(wrong, 6, 3) == "there are unplaced records that are not visible");
-    wrong = r;
-    wrong.gaussians.unplaced = 1;
-    CHECK(says(wrong, 12, 3) == "the list of losses has more unplaced records than there are");
-    wrong.gaussians.unplaced = 3; // one of them left copies on all its tiles
-    CHECK(says(wrong, 12, 3) == "");
-    for (int by : {-1, 1}) {
-        auto const add = [by](std::uint64_t& n) { n += static_cast<std::uint64_t>(by); };
+    auto const spoilt = [&](auto const& spoil) {
         wrong = r;
-        add(wrong.lost_copies);
-        CHECK(says(wrong, 12, 3) == "copies_lost is not the number of copies in the list of losses");
-        wrong = r;
-        add(wrong.late_copies);
-        CHECK(says(wrong, 12, 3) == "copies_late is not the number of late copies in the list of losses");
+        spoil(wrong);
+        return says(wrong, 12, 3);
+    };
+    CHECK(spoilt([](auto& w) { w.gaussians.dropped = 2; }) == "records that were lost before are not among the dropped");
+    CHECK(spoilt([](auto& w) { w.gaussians.visible = 1, w.gaussians.parked = 8; }) == "there are unplaced records that are not visible");
+    CHECK(spoilt([](auto& w) { w.gaussians.unplaced = 1; }) == "the list of losses has more unplaced records than there are");
+    CHECK(spoilt([](auto& w) { w.gaussians.unplaced = 3; }) == ""); // one of them left copies on all its tiles
+    for (std::uint64_t const by : {~std::uint64_t{0}, std::uint64_t{1}}) { // one less, one more
+        CHECK(spoilt([by](auto& w) { w.lost_copies += by; }) == "copies_lost is not the number of copies in the list of losses");
+        CHECK(spoilt([by](auto& w) { w.late_copies += by; }) == "copies_late is not the number of late copies in the list of losses");
     }
     CHECK_NOTHROW(render::check_sums(r, 12, 3));
     CHECK_THROWS_WITH_AS(render::check_sums(wrong, 12, 3),
@@ -177,17 +149,13 @@ TEST_CASE("accounting: a second run replaces what it decides, and what it took c
     again.full_tiles = {1, 2, 3, 4};
     auto both = first;
     render::add_second_run(both, again);
-    CHECK(both.copies == 51);
-    CHECK(both.pairs == 52);
-    CHECK(both.pairs_contributing == 53);
-    CHECK(both.lost_copies == 54);
-    CHECK(both.late_copies == 55);
+    has_counts(both, {{"copies", 51}, {"pairs", 52}, {"pairs_contributing", 53}, {"copies_lost", 54}, {"copies_late", 55}});
     CHECK(both.lost == again.lost);
     CHECK(both.host_ms.composite == 220'000);
     CHECK(both.digests == std::vector<std::uint64_t>{7, 8, 9, 10});
     CHECK(both.full_tiles == again.full_tiles);
-    for (auto const stage : {&report::FrameReport::ByStage::project, &report::FrameReport::ByStage::route, &report::FrameReport::ByStage::bloom,
-                             &report::FrameReport::ByStage::composite})
+    using Stages = report::FrameReport::ByStage;
+    for (auto const stage : {&Stages::project, &Stages::route, &Stages::bloom, &Stages::composite})
         CHECK(both.passes.*stage == 2 * first.passes.*stage);
     // All other numbers are those of the first run.
     CHECK(both.exchanges.total() == first.exchanges.total());

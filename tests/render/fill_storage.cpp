@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 // Storage takes the rest of the SRAM, in both programs.
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/renderer_options.hpp>
 #include <tilemesh/render/setup.hpp>
@@ -10,8 +8,6 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-
-
 
 TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit and one more does not")
 {
@@ -47,17 +43,14 @@ TEST_CASE("fill_storage: storage takes the rest of the SRAM, that many slots fit
 
 TEST_CASE("fill_storage refuses a grid, a tile and an SRAM without room")
 {
-    auto c = splat::setup_of<Lossless>();
-    CHECK_THROWS_WITH_AS(render::fill_storage(c, Grid{40, 37}, {32, 20}),
-                         "a grid of 40 x 37 tiles (mk2 has 1472); choose 1 to all of them", Error);
-    CHECK_THROWS_AS(render::fill_storage(c, Grid{0, 36}, {32, 20}), Error);
-    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {0, 20}), Error);
-    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {65535, 65537}), Error);
-    CHECK_THROWS_AS(render::fill_storage(c, Grid{40, 36}, {1000, 1000}), Error); // the pixels alone are too many
-    auto homes = splat::homes_setup;
+    auto const anchored = splat::setup_of<Lossless>(), homes = splat::homes_setup;
+    CHECK_THROWS_WITH_AS(render::fill_storage(anchored, Grid{40, 37}, {32, 20}), "a grid of 40 x 37 tiles (mk2 has 1472); choose 1 to all of them",
+                         Error);
     CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 37}, {32, 20}), Error);
-    CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {65535, 20}), Error);
-    CHECK_THROWS_AS(render::fill_storage(homes, Grid{40, 36}, {1000, 1000}), Error);
+    CHECK_THROWS_AS(render::fill_storage(anchored, Grid{0, 36}, {32, 20}), Error);
+    for (auto const& setup : {anchored, homes}) // the pixels alone are too many
+        for (Extent2 const tile : {Extent2{65535, 65537}, Extent2{65535, 20}, Extent2{1000, 1000}, Extent2{0, 20}})
+            CHECK_THROWS_AS(render::fill_storage(setup, Grid{40, 36}, tile), Error);
 }
 
 TEST_CASE("on_machine: a preset keeps its sizes where they fit; elsewhere channels shrink as the SRAM does, and storage takes the rest")

@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 // The host's work for the machine, bit for bit: it projects a table of any degree, and shows floats as levels.
 #include "../splat/support.hpp"
-#include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/render/picture.hpp>
 #include <tilemesh/render/project_records.hpp>
 

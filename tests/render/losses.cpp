@@ -1,13 +1,7 @@
 // test: unoptimised test asan tsan
 // Which tiles are full, and where the records that found no slot belong, against brute force.
 #include "../splat/runner.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <optional>
-#include <set>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -2,8 +2,6 @@
 // The options of a renderer: sizes at run time replace those of a setup, and model() sets the rules of the picture.
 #include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
-#include <doctest/doctest.h>
-#include <limits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -39,12 +37,7 @@ void same_ledgers(std::vector<machine::Region> const& a, std::vector<machine::Re
 }
 std::string refusal(Sizes const& sizes)
 {
-    try {
-        (void)make_runner<Lossless>(cloud(), {.sizes = sizes});
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return {};
+    return tests::error_of([&] { (void)make_runner<Lossless>(cloud(), {.sizes = sizes}); });
 }
 } // namespace
 
@@ -107,12 +100,7 @@ TEST_CASE("channels whose slots a limit gives: by value and by reference they fi
     }
     auto const message = [&](auto const make, std::uint32_t slots) {
         options.channel_slots = slots;
-        try {
-            (void)make(cloud(), options)->render(camera);
-        } catch (Error const& e) {
-            return std::string(e.what());
-        }
-        return std::string();
+        return tests::error_of([&] { (void)make(cloud(), options)->render(camera); });
     };
     for (std::uint32_t slots : {100u, 300u}) {
         auto const refused = message(make_runner<Lossless>, slots);
@@ -127,12 +115,7 @@ TEST_CASE("facts of a setup with other records, rules or planes than a renderer'
     using render::check_policies;
     auto const choice = splat::setup_of<Lossless>();
     auto const refused = [](auto policies, render::Setup const& c) {
-        try {
-            check_policies<decltype(policies)>(render::checked(c));
-        } catch (Error const& e) {
-            return std::string(e.what()).find("on a renderer of other policies") != std::string::npos;
-        }
-        return false;
+        return tests::has(tests::error_of([&] { check_policies<decltype(policies)>(render::checked(c)); }), "on a renderer of other policies");
     };
     PoliciesOf<Lossless> const by_value{};
     PoliciesOf<Referenced<Lossless>> const by_reference{};
@@ -157,10 +140,8 @@ TEST_CASE("model() says from the beginning what the options asked for, and a lat
 {
     auto const map = cloud();
     auto const camera = support::lens(120, 80);
-    RendererOptions const options{.tile = {20, 10},
-                                  .footprint = Footprint::three_sigma_square,
-                                  .arithmetic = Arithmetic::fast,
-                                  .quality = Quality::viewing};
+    RendererOptions const options{
+        .tile = {20, 10}, .footprint = Footprint::three_sigma_square, .arithmetic = Arithmetic::fast, .quality = Quality::viewing};
     auto const runner = make_runner<Referenced<Whole>>(map, options);
     CHECK(runner->rules().footprint == Footprint::three_sigma_square);
     CHECK(runner->rules().arithmetic == Arithmetic::fast);
@@ -215,9 +196,7 @@ TEST_CASE("a grid of tiles is two numbers or a Grid")
     RendererOptions const numbers{.grid = {4, 2}}, grid{.grid = Grid{4, 2}};
     for (auto const& options : {numbers, grid}) {
         auto const tiling = tiling_for(options, 64, 32);
-        CHECK(tiling.columns == 4);
-        CHECK(tiling.rows == 2);
-        CHECK(tiling.tile_width == 16);
-        CHECK(tiling.tile_height == 16);
+        CHECK((tiling.columns == 4 && tiling.rows == 2));
+        CHECK((tiling.tile_width == 16 && tiling.tile_height == 16));
     }
 }

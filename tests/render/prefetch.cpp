@@ -3,18 +3,9 @@
 // moved early need not move in the frame.
 #include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <limits>
-#include <set>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/frame_renderer.hpp>
 #include <tilemesh/track/pose_update.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -115,12 +106,7 @@ Camera far_off(std::vector<Camera> const& cameras, std::size_t i)
 /// The sentence with which a prefetch is refused; empty if it is not.
 std::string refusal(HostRenderer& renderer, Camera const& camera)
 {
-    try {
-        (void)renderer.prefetch(camera);
-    } catch (Error const& e) {
-        return e.what();
-    }
-    return {};
+    return tests::error_of([&] { (void)renderer.prefetch(camera); });
 }
 std::set<std::string> kernels_of(Trace const& trace)
 {
@@ -177,16 +163,8 @@ TEST_CASE("prefetch: a frame in the expected view exchanges nothing; the prefetc
 TEST_CASE("prefetch: where the tile's list stays and only its order changes, the frame in the expected view sorts")
 {
     // Two balls behind each other. The turn swaps which one is nearer.
-    auto balls = support::cloud(2, 1);
-    for (std::uint32_t i = 0; i < 2; ++i) {
-        auto& g = balls[i];
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            g.mean_world[k] = k == 0 ? (i == 0 ? -0.1f : 0.1f) : k == 1 ? 0.0f : 2.0f;
-            g.log_scale[k] = -1.5f;
-            g.colour[k] = k == i ? 1.0f : 0.0f;
-        }
-        g.opacity = 0.9f;
-    }
+    std::vector<Gaussian> const balls{{{-0.1f, 0, 2}, {1, 0, 0}, 0.9f, {1, 0, 0, 0}, {-1.5f, -1.5f, -1.5f}, GaussianId{1}},
+                                      {{0.1f, 0, 2}, {0, 1, 0}, 0.9f, {1, 0, 0, 0}, {-1.5f, -1.5f, -1.5f}, GaussianId{2}}};
     auto const first = support::lens(96, 64, -0.1f), next = support::lens(96, 64, 0.1f);
     auto early = make<Room<>>(support::map_of(balls), {.tile = {96, 64}});
     auto const before = early.render(first);
@@ -260,16 +238,12 @@ TEST_CASE("prefetch: a lost pose is refused before a record moves, and the next 
 TEST_CASE("prefetch: refused where moving records early could change a picture")
 {
     auto const map = cloud(30, 1602);
-    auto const camera = support::lens(96, 64);
-    auto drops = make<support::Dropping>(map, {.tile = {16, 10}});
-    CHECK(refusal(drops, camera) == "prefetch with setup paper (it drops records that find no room, also those that move early); render "
-                                    "without it, or choose `lossless`");
-    auto placed = make<support::NoRouting>(map, {.tile = {16, 10}});
-    CHECK(refusal(placed, camera) == "prefetch with setup lossless (it does not route: the host places its records in each view); render "
-                                     "without it, or choose `lossless`");
-    auto cut = make<Room<>>(map, {.tile = {16, 10}, .hops = 2});
-    CHECK(refusal(cut, camera) == "prefetch with bounded hops (a frame that is cut depends on where its records were before); render "
-                                  "without it, or choose `lossless`");
+    auto const says = [](HostRenderer renderer, std::string const& why) {
+        CHECK(refusal(renderer, support::lens(96, 64)) == "prefetch with " + why + "; render without it, or choose `lossless`");
+    };
+    says(make<support::Dropping>(map, {.tile = {16, 10}}), "setup paper (it drops records that find no room, also those that move early)");
+    says(make<support::NoRouting>(map, {.tile = {16, 10}}), "setup lossless (it does not route: the host places its records in each view)");
+    says(make<Room<>>(map, {.tile = {16, 10}, .hops = 2}), "bounded hops (a frame that is cut depends on where its records were before)");
 }
 
 TEST_CASE("prefetch: on full tiles no id is lost, and each picture lacks what its frame lists")
@@ -286,8 +260,7 @@ TEST_CASE("prefetch: on full tiles no id is lost, and each picture lacks what it
             if (i > 0) {
                 (void)early.prefetch(right ? by_motion(cameras, i) : far_off(cameras, i));
                 CHECK(orphans(early) == 0);
-                auto const owned = support::owned_ids<HostPolicies>(early.mesh()).size();
-                absent += map.gaussians.size() - owned;
+                absent += map.gaussians.size() - support::owned_ids<HostPolicies>(early.mesh()).size();
             }
             auto const frame = early.render(cameras[i]);
             CHECK(conserved(early, map, frame.report));

@@ -1,8 +1,6 @@
 // test: unoptimised test asan tsan
 // The record keeper on a mesh that renders nothing: records that it loads, places and recalls are present once, and in order.
 #include "../splat/support.hpp"
-#include <doctest/doctest.h>
-#include <numeric>
 #include <tilemesh/render/host.hpp>
 #include <tilemesh/render/record_keeper.hpp>
 
@@ -49,6 +47,13 @@ struct Kept {
             if (marks[k].is(Mark::copy) == copies) ids.push_back(static_cast<std::uint32_t>(marks[k].id));
         }
         return ids;
+    }
+    /// Drops what a tile has from this slot on.
+    void truncate(std::uint32_t i, std::uint32_t slots)
+    {
+        mesh().template state<Storage<S>>(tile(i)).truncate(slots);
+        mesh().template state<Marks<S>>(tile(i)).truncate(slots);
+        mesh().template state<Splats<S>>(tile(i)).truncate(slots);
     }
     void bring_copy(std::uint32_t id, std::uint32_t to)
     {
@@ -124,9 +129,7 @@ TEST_CASE("keeper: a missing record takes the slot of a copy that was left of it
     REQUIRE(k.on(1) == Rows{3, 4});
     // Records 1 and 4 found no room: 1 has a copy on tile 0, 4 nothing.
     k.mesh().state<Marks<Routes>>(k.tile(0))[0].bits = Mark::copy | Mark::owes;
-    k.mesh().state<Storage<Routes>>(k.tile(1)).truncate(1);
-    k.mesh().state<Marks<Routes>>(k.tile(1)).truncate(1);
-    k.mesh().state<Splats<Routes>>(k.tile(1)).truncate(1);
+    k.truncate(1, 1);
     k.keeper.set_missing({0, 3});
     CHECK(k.each_is_somewhere());
     auto const before = k.changes(0);
@@ -150,9 +153,7 @@ TEST_CASE("keeper: what finds no room stays missing, in order")
     }
     k.mesh().state<Storage<Routes>>(k.tile(1))[1] = k.mesh().state<Storage<Routes>>(k.tile(1))[2];
     k.mesh().state<Marks<Routes>>(k.tile(1))[1] = k.mesh().state<Marks<Routes>>(k.tile(1))[2];
-    k.mesh().state<Storage<Routes>>(k.tile(1)).truncate(2);
-    k.mesh().state<Marks<Routes>>(k.tile(1)).truncate(2);
-    k.mesh().state<Splats<Routes>>(k.tile(1)).truncate(2);
+    k.truncate(1, 2);
     k.keeper.set_missing({1, 2, 4});
     k.keeper.load(k.host, k.tiling, true);
     CHECK(k.on(0) == Rows{1});
@@ -169,9 +170,7 @@ TEST_CASE("keeper: recalls the copies of missing records, and no other")
     k.bring_copy(3, 0);
     CHECK_FALSE(k.keeper.recall_copies(k.host)); // nothing is missing
     REQUIRE(k.on(1) == Rows{2});
-    k.mesh().state<Storage<Routes>>(k.tile(1)).truncate(0);
-    k.mesh().state<Marks<Routes>>(k.tile(1)).truncate(0);
-    k.mesh().state<Splats<Routes>>(k.tile(1)).truncate(0);
+    k.truncate(1, 0);
     k.keeper.set_missing({1});
     auto const before = k.changes(3);
     CHECK(k.keeper.recall_copies(k.host));

@@ -1,15 +1,7 @@
 // test: unoptimised test asan, cost 4
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <memory>
-#include <span>
-#include <string>
+#include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/engine/counters.hpp>
-#include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_layout.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/renderer.hpp>
@@ -17,8 +9,6 @@
 #include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/splat/camera.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using report::Program;
@@ -29,38 +19,25 @@ scene::Map cloud()
 {
     scene::Map map;
     for (std::uint32_t i = 0; i < 120; ++i) {
-        splat::Gaussian g{};
-        g.id = splat::GaussianId{i + 1};
-        g.mean_world[0] = 0.004f * static_cast<float>(i % 12) - 0.022f;
-        g.mean_world[1] = 0.004f * static_cast<float>(i / 12) - 0.018f;
-        g.mean_world[2] = 2 + 0.001f * static_cast<float>(i * 7 % 120);
-        g.rotation[0] = 1;
-        for (auto& s : g.log_scale) s = -7.6f; // 0.0005
-        g.opacity = 0.4f;
-        g.colour[0] = 0.5f, g.colour[1] = static_cast<float>(i) / 120, g.colour[2] = 0.25f;
-        map.gaussians.push_back(g);
+        float const x = 0.004f * static_cast<float>(i % 12) - 0.022f, y = 0.004f * static_cast<float>(i / 12) - 0.018f;
+        constexpr float size = -7.6f; // 0.0005
+        map.gaussians.push_back({{x, y, 2 + 0.001f * static_cast<float>(i * 7 % 120)},
+                                 {0.5f, static_cast<float>(i) / 120, 0.25f},
+                                 0.4f,
+                                 {1, 0, 0, 0},
+                                 {size, size, size},
+                                 splat::GaussianId{i + 1}});
     }
     return map;
 }
 /// `focal` px: at 2,400 the cloud fills the frame; at 24 it lies in one block.
 splat::Camera camera(float focal)
 {
-    splat::Camera c{};
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
-    c.fx = c.fy = focal;
-    c.cx = 40, c.cy = 22.5f; // the middle of a block
-    c.width = 64, c.height = 40;
-    c.near_depth = 0.2f;
-    return c;
+    return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, focal, focal, 40, 22.5f, 0.2f, 64, 40}; // the principal point is in the middle of a block
 }
-RendererOptions options(std::uint32_t storage)
+RendererOptions options(std::uint32_t storage, Program program = Program::automatic)
 {
-    RendererOptions o;
-    o.grid = {4, 4};
-    o.storage_slots = storage;
-    o.program = Program::automatic;
-    o.arithmetic = splat::Arithmetic::precise;
-    return o;
+    return {.grid = {4, 4}, .storage_slots = storage, .arithmetic = splat::Arithmetic::precise, .program = program};
 }
 bool same(report::Image const& a, report::Image const& b)
 {
@@ -123,8 +100,7 @@ TEST_CASE("auto: an observer's Error in the first frame of homes comes out, and 
 TEST_CASE("each program alone, and a map with more records than anchored tiles have slots")
 {
     auto const map = cloud();
-    auto o = options(60);
-    o.program = Program::anchored;
+    auto o = options(60, Program::anchored);
     CHECK_FALSE(Renderer(map, o).render(camera(24)).report.lost.empty());
     o.program = Program::homes;
     auto const homes = Renderer(map, o).render(camera(24));
@@ -150,8 +126,7 @@ TEST_CASE("each program alone, and a map with more records than anchored tiles h
 TEST_CASE("a bound on rounds leaves tiles unfinished, each exact up to its depth")
 {
     auto const map = cloud();
-    auto o = options(0);
-    o.program = Program::homes;
+    auto o = options(0, Program::homes);
     o.held_slots = 10;
     o.rounds = 2;
     Renderer renderer(map, o);
@@ -184,8 +159,7 @@ TEST_CASE("options of the anchored program alone keep auto there, and homes refu
     CHECK_FALSE(frame.report.lost.empty());
     o.program = Program::homes;
     CHECK_THROWS_AS(Renderer(map, o), Error);
-    o = options(0);
-    o.program = Program::homes;
+    o = options(0, Program::homes);
     o.hops = 1;
     CHECK_THROWS_WITH_AS(Renderer(map, o), doctest::Contains("with hops (homes have no routing to end"), Error);
 }
@@ -282,9 +256,7 @@ TEST_CASE("an observer and the demand follow the change to homes, on both engine
 TEST_CASE("one program and one engine by values, or a core of one's own: the same picture; what none keeps is refused")
 {
     auto const map = cloud();
-    auto const o = options(200);
-    auto anchored = o;
-    anchored.program = Program::anchored;
+    auto const anchored = options(200, Program::anchored);
     Renderer by_options(map, anchored), by_setup(map, splat::lossless, anchored),
         own(std::make_unique<BasicRenderer<splat::Referenced<splat::Lossless>, PortMesh>>(map, anchored));
     auto const frame = by_options.render(camera(2400));
@@ -300,9 +272,7 @@ TEST_CASE("one program and one engine by values, or a core of one's own: the sam
     CHECK_THROWS_AS((void)by_homes.prefetch(camera(24)), Error);
     auto drops = splat::lossless;
     drops.holds = false;
-    auto of_homes = o;
-    of_homes.program = Program::homes;
-    CHECK_THROWS_WITH_AS(Renderer(map, drops, of_homes), doctest::Contains("with saturation drop (homes drop nothing"), Error);
+    CHECK_THROWS_WITH_AS(Renderer(map, drops, options(200, Program::homes)), doctest::Contains("with saturation drop (homes drop nothing"), Error);
 }
 
 TEST_SUITE_END();

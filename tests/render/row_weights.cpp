@@ -1,11 +1,8 @@
 // The work of the rows of tiles, counted against a loop over all tiles and splats.
 #include "../splat/support.hpp"
-#include <cstdint>
-#include <doctest/doctest.h>
 #include <tilemesh/mpi/bands.hpp>
 #include <tilemesh/render/ranks/row_weights.hpp>
 #include <tilemesh/splat/projection.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;

@@ -1,19 +1,9 @@
 // test: unoptimised test asan tsan
 // The table of a setup's fields: every member has a row, a row reads what it writes, and a mistake is told.
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <set>
-#include <string>
-#include <tilemesh/error.hpp>
+#include "../standard.hpp"
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/render/renderer_fields.hpp>
 #include <tilemesh/render/setup_fields.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -31,12 +21,7 @@ std::vector<std::string> texts(Setup const& setup)
 }
 std::string refusal(std::vector<render::SetupValue> const& values)
 {
-    try {
-        (void)with(lossless, values);
-    } catch (Error const& error) {
-        return error.what();
-    }
-    return {};
+    return tests::error_of([&] { (void)with(lossless, values); });
 }
 /// The values at the borders of what a field takes: each word, or the least and the most.
 std::vector<double> borders(Values const& values)
@@ -117,13 +102,11 @@ TEST_CASE("every member of a setup has a row, and every row a member")
     auto const& [name, machine, program, sizes, holds, carried, reusable, ranks, routes, blooms, sh_degree, colour, depth, alpha, rules, fit, district, record,
                  pixel, parameters] = lossless;
     auto const& [storage, road, beam, waiting, pixels, lists_fit, one_memory, homes, blocks, columns, tiles] = sizes;
-    CHECK((is_reached(name) && is_reached(machine.tiles) && is_reached(machine.clock_khz) && is_reached(program) && is_reached(holds) && is_reached(carried)));
-    CHECK((is_reached(reusable) && is_reached(ranks) && is_reached(routes) && is_reached(blooms) && is_reached(sh_degree) && is_reached(colour)));
-    CHECK((is_reached(depth) && is_reached(alpha) && is_reached(rules.alpha_min) && is_reached(rules.background[2]) && is_reached(fit) && is_reached(district)));
-    CHECK((is_reached(storage) && is_reached(road) && is_reached(beam) && is_reached(waiting) && is_reached(pixels) && is_reached(lists_fit)));
-    CHECK((is_reached(one_memory) && is_reached(homes)));
-    // These follow from the grid and the frame, or are of a user's own types.
-    CHECK(!(is_reached(columns) || is_reached(tiles) || is_reached(blocks) || is_reached(record) || is_reached(pixel) || is_reached(parameters)));
+    auto const each = [&](auto const&... members) { return (is_reached(members) && ...); };
+    auto const any = [&](auto const&... members) { return (is_reached(members) || ...); };
+    CHECK(each(name, machine.tiles, machine.clock_khz, program, holds, carried, reusable, ranks, routes, blooms, sh_degree, colour, depth, alpha));
+    CHECK(each(rules.alpha_min, rules.background[2], fit, district, storage, road, beam, waiting, pixels, lists_fit, one_memory, homes));
+    CHECK(!any(columns, tiles, blocks, record, pixel, parameters)); // these follow from the grid and the frame, or are of a user's own types
     std::set<std::string_view> names;
     for (auto const& field : setup_fields) {
         CHECK_MESSAGE(names.insert(field.name).second, field.name);

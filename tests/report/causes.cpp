@@ -86,6 +86,10 @@ struct Scene {
         auto picture = render(records, c, rendered, faults);
         if (written.clamped)
             for (float& v : picture.rgb) v = std::round(255 * std::clamp(v, 0.0f, 1.0f)) / 255;
+        return judge(picture, written);
+    }
+    report::Certificate judge(report::Image const& picture, report::Written const& written = {}) const
+    {
         auto const e = report::enclose(records, c, rules, {.threads = 2});
         auto out = report::certify(e, picture, written);
         report::explain(out, e, records, c, rules, picture, written);
@@ -107,10 +111,6 @@ double share(report::Certificate const& c, std::string const& word)
     for (auto const& [w, n] : c.causes) all += n, of_word += w == word ? n : 0;
     return all == 0 ? 0 : static_cast<double>(of_word) / static_cast<double>(all);
 }
-std::string said(report::Certificate const& c)
-{
-    return report::text_of(c);
-}
 
 TEST_CASE("the exact picture has no cause")
 {
@@ -126,7 +126,7 @@ TEST_CASE("a splat that is missing, and one that comes too late, are named")
     for (std::uint32_t const id : tests::fast() ? std::vector{17u} : std::vector{17u, 333u}) {
         auto const missing = s.judge({.without = id});
         REQUIRE(missing.beyond > 20);
-        INFO(said(missing));
+        INFO(report::text_of(missing));
         CHECK(share(missing, "missing") > 0.9);
         CHECK(missing.worst.front().cause.word == "missing");
         CHECK(missing.worst.front().cause.id == id);
@@ -138,7 +138,7 @@ TEST_CASE("a splat that is missing, and one that comes too late, are named")
     for (std::uint32_t id = 1; id < (tests::fast() ? 14 : 40); ++id) {
         auto const late = s.judge({.swapped = id});
         if (late.beyond == 0) continue; // the two have no pixel in common
-        INFO(said(late));
+        INFO(report::text_of(late));
         CHECK(share(late, "order") > 0.8); // where the stop comes between the two, one of them is missing
         named += late.worst.front().cause.word == "order" && late.worst.front().cause.id == id ? 1 : 0;
     }
@@ -152,7 +152,7 @@ TEST_CASE("a cut, and a stop, that came a little sooner or later")
         auto const cut = s.judge({.cut = factor}), stop = s.judge({.stop = factor});
         REQUIRE(cut.beyond > 20);
         REQUIRE(stop.beyond > 0);
-        INFO(said(cut), said(stop));
+        INFO(report::text_of(cut), report::text_of(stop));
         CHECK(share(cut, "cut") > 0.95);
         CHECK(share(stop, "stop") > 0.95);
     }
@@ -169,7 +169,7 @@ TEST_CASE("other rules: each is named")
         auto other = s.rules;
         change(other);
         auto const c = s.judge(other);
-        INFO(word, ": ", said(c));
+        INFO(word, ": ", report::text_of(c));
         CHECK(c.beyond > 100);
         CHECK(share(c, word) > 0.5);
         CHECK(c.causes.front().first == word);
@@ -180,50 +180,37 @@ TEST_CASE("other rules: each is named")
     named("dilation 0.1", [](splat::Rules& r) { r.dilation = 0.1f; });
     named("antialias", [](splat::Rules& r) { r.coverage = splat::Coverage::preserved; });
     named("alpha_min 0", [](splat::Rules& r) { r.alpha_min = 1e-7f; });
-    Scene<splat::Gaussian> flat;
-    auto without = s;
-    flat.records.assign(s.records.begin(), s.records.end());
-    auto const picture = render(flat.records, s.c, s.rules, {});
-    auto const e = report::enclose(s.records, s.c, s.rules);
-    auto c = report::certify(e, picture);
-    report::explain(c, e, s.records, s.c, s.rules, picture);
-    INFO(said(c));
+    std::vector<splat::Gaussian> const flat(s.records.begin(), s.records.end());
+    auto const c = s.judge(render(flat, s.c, s.rules, {}));
+    INFO(report::text_of(c));
     CHECK(c.causes.front().first == "harmonics");
 }
 
 TEST_CASE("pixels that are not finite, an interval that is wide, and a picture of many faults in little time")
 {
     Scene<splat::Gaussian> const s(true);
-    auto const e = report::enclose(s.records, s.c, s.rules, {.threads = 2});
     report::Image broken(s.c.width, s.c.height);
     for (float& v : broken.rgb) v = std::numeric_limits<float>::quiet_NaN();
-    auto c = report::certify(e, broken);
-    report::explain(c, e, s.records, s.c, s.rules, broken);
+    auto const c = s.judge(broken);
     REQUIRE(c.causes.size() == 1);
     CHECK(c.causes[0].first == "not finite");
     CHECK(c.causes[0].second > 800);
     // The middle of an undecided pixel is in its interval.
-    splat::Camera one = s.c;
-    one.width = one.height = 1, one.cx = one.cy = 0.5f;
-    splat::Gaussian g{};
-    g.mean_world[2] = 2, g.opacity = 0.25f, g.rotation[0] = 1, g.id = splat::GaussianId{1};
-    for (float& v : g.colour) v = 1;
-    splat::Rules rules;
-    rules.alpha_min = 0.25f;
-    std::vector<splat::Gaussian> const records{g};
-    auto const both = report::enclose(records, one, rules);
+    auto one = s;
+    one.c.width = one.c.height = 1, one.c.cx = one.c.cy = 0.5f;
+    one.records = {{{0, 0, 2}, {1, 1, 1}, 0.25f, {1, 0, 0, 0}, {}, splat::GaussianId{1}}};
+    one.rules.alpha_min = 0.25f;
+    auto const both = report::enclose(one.records, one.c, one.rules);
     report::Image middle(1, 1);
     for (std::size_t k = 0; k < 3; ++k) middle.rgb[k] = static_cast<float>(both.middle[k]);
-    c = report::certify(both, middle);
-    report::explain(c, both, records, one, rules, middle);
-    CHECK(c.causes == std::vector<std::pair<std::string, std::uint64_t>>{{"undecided", 1}});
+    CHECK(one.judge(middle).causes == std::vector<std::pair<std::string, std::uint64_t>>{{"undecided", 1}});
 }
 
 TEST_CASE("renderers as others write them: one in float16, one that sorts by 16 bits of depth")
 {
     Scene<splat::Gaussian> const s(true);
     auto const half = s.judge({.half = true}), coarse = s.judge({.coarse_depth = true});
-    INFO(said(half), "   ", said(coarse));
+    INFO(report::text_of(half), "   ", report::text_of(coarse));
     CHECK(half.beyond > 1000);
     CHECK(half.causes.front().first == "rounding");
     CHECK(coarse.beyond > 20);

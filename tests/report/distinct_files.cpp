@@ -1,6 +1,5 @@
 // test: unoptimised test asan tsan
-#include <chrono>
-#include "../standard.hpp"
+#include "folder.hpp"
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <tilemesh/report/distinct_files.hpp>
@@ -11,18 +10,15 @@ namespace {
 namespace fs = std::filesystem;
 using tilemesh::report::DistinctFiles;
 
-/// A folder with two folders in it, "read" and "written", and the file "read/map"; gone at the end of the scope.
-struct Folder {
-    fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_distinct_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
+/// A folder with two folders in it, "read" and "written", and the file "read/map".
+struct Folder : tests::Folder {
     fs::path map = path / "read/map", written = path / "written";
     Folder()
     {
         fs::create_directories(path / "read");
         fs::create_directories(written);
-        std::ofstream(map) << "a map";
+        tests::put(map, "a map");
     }
-    ~Folder() { fs::remove_all(path); }
 };
 
 bool is_picture(std::string const& name)
@@ -52,13 +48,10 @@ TEST_CASE("a file that is read is not written, whatever name leads to it")
     CHECK(refusal(folder, report) == "");
     CHECK(refusal(folder, folder.map) == "cannot write the report to " + folder.map.string() + " (this run reads that file); name another file");
     CHECK(tests::has(refusal(folder, folder.path / "written/../read/map"), "this run reads that file: it is " + folder.map.string()));
-    fs::create_symlink("read/map", report);
-    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
-    fs::remove(report);
-    fs::create_hard_link(folder.map, report);
-    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
     fs::create_directory_symlink("read", folder.path / "link");
-    CHECK(tests::has(refusal(folder, folder.path / "link/map"), "this run reads that file"));
+    fs::create_symlink("read/map", folder.path / "symlink");
+    fs::create_hard_link(folder.map, folder.path / "hard link");
+    for (auto const* name : {"link/map", "symlink", "hard link"}) CHECK(tests::has(refusal(folder, folder.path / name), "this run reads that file"));
     CHECK(tests::has(refusal(folder, folder.path / "absent/report"), "there is no directory"));
     CHECK(refusal(folder, folder.path / "read/other") == "");
 }
@@ -67,29 +60,25 @@ TEST_CASE("a folder's files are looked at one by one, and only those that will b
 {
     Folder const folder;
     auto const report = folder.path / "report", picture = folder.written / "a.png";
+    auto const with_picture = [&](auto const& make) { // in place of the last one
+        fs::remove(picture);
+        make();
+        return refusal(folder, report);
+    };
     fs::create_symlink(folder.map, folder.written / "c.png");
     CHECK(refusal(folder, report) == "");
-    std::ofstream(picture) << "an older picture";
-    CHECK(refusal(folder, report) == "");
-    fs::remove(picture);
-    fs::create_symlink("../read/map", picture);
-    CHECK(tests::has(refusal(folder, report), "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
-    fs::remove(picture);
-    fs::create_hard_link(folder.map, picture);
-    CHECK(tests::has(refusal(folder, report), "this run reads that file"));
-    fs::remove(picture);
-    REQUIRE(mkfifo(picture.c_str(), 0600) == 0);
-    CHECK(tests::has(refusal(folder, report), "it is a pipe or a socket"));
-    fs::remove(picture);
-    fs::create_symlink("/dev/null", picture);
-    CHECK(refusal(folder, report) == "");
-    DistinctFiles read_again;
+    CHECK(with_picture([&] { tests::put(picture, "an older picture"); }) == "");
+    CHECK(tests::has(with_picture([&] { fs::create_symlink("../read/map", picture); }),
+                     "cannot write a picture to " + picture.string() + " (this run reads that file: it is "));
+    CHECK(tests::has(with_picture([&] { fs::create_hard_link(folder.map, picture); }), "this run reads that file"));
+    CHECK(tests::has(with_picture([&] { REQUIRE(mkfifo(picture.c_str(), 0600) == 0); }), "it is a pipe or a socket"));
+    CHECK(with_picture([&] { fs::create_symlink("/dev/null", picture); }) == "");
+    DistinctFiles read_again, files;
     CHECK_THROWS_WITH_AS(read_again.write_into(folder.written, is_picture, "a picture", "go away", DistinctFiles::Devices::refused),
                          doctest::Contains("it is a device"), tilemesh::Error);
     fs::remove(picture);
     REQUIRE(mkfifo(report.c_str(), 0600) == 0);
     CHECK(refusal(folder, report) == "");
-    DistinctFiles files;
     CHECK_THROWS_WITH_AS(files.write_into(folder.path / "absent", is_picture, "a picture", "go away"), doctest::Contains("cannot look into"),
                          tilemesh::Error);
 }

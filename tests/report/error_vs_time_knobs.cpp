@@ -13,8 +13,6 @@
 
 using namespace error_vs_time;
 
-// --- a machine and cameras in the place of real ones ---------------------------------------------------------------------------
-
 namespace {
 
 /// Shows the whole frame; one number of it is changed if channels drop.
@@ -55,8 +53,7 @@ std::unique_ptr<Machine> error_vs_time::make_machine(scene::Map const& map, Sett
 {
     return std::make_unique<PretendedMachine>(map, setting);
 }
-std::vector<splat::Camera> bench::cameras_of(std::string const&, Scene const& scene, std::uint32_t frames,
-                                             std::filesystem::path const&)
+std::vector<splat::Camera> bench::cameras_of(std::string const&, Scene const& scene, std::uint32_t frames, std::filesystem::path const&)
 {
     std::vector<splat::Camera> all(1 + frames, scene.camera);
     for (std::size_t i = 0; i < all.size(); ++i) all[i].position[0] += 0.01f * static_cast<float>(i);
@@ -68,17 +65,9 @@ namespace {
 constexpr std::uint32_t width = 96, height = 64;
 
 /// Looks along z; the principal point is between pixels.
-splat::Camera camera_of(std::uint32_t w = width, std::uint32_t h = height)
+splat::Camera camera_of()
 {
-    splat::Camera c{};
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
-    c.fx = c.fy = 60;
-    c.cx = 0.5f * static_cast<float>(w) + 0.25f;
-    c.cy = 0.5f * static_cast<float>(h);
-    c.near_depth = 0.2f;
-    c.width = w;
-    c.height = h;
-    return c;
+    return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, 60, 60, 0.5f * width + 0.25f, 0.5f * height, 0.2f, width, height};
 }
 /// A number in [0, 1) that follows from n alone (Weyl's sequence of the golden ratio).
 double weyl(std::uint32_t n)
@@ -91,9 +80,7 @@ std::vector<splat::Gaussian> cloud(std::uint32_t n)
     std::vector<splat::Gaussian> all;
     for (std::uint32_t i = 0; i < n; ++i) {
         splat::Gaussian g{};
-        auto const at = [&](std::uint32_t k, double low, double high) {
-            return static_cast<float>(low + (high - low) * weyl(17 * i + 7919 * k));
-        };
+        auto const at = [&](std::uint32_t k, double low, double high) { return static_cast<float>(low + (high - low) * weyl(17 * i + 7919 * k)); };
         g.mean_world[2] = at(1, 1, 4);
         g.mean_world[0] = at(2, -0.9, 0.9) * g.mean_world[2];
         g.mean_world[1] = at(3, -0.6, 0.6) * g.mean_world[2];
@@ -158,34 +145,33 @@ bool same_rules(splat::Rules const& a, splat::Rules const& b)
 
 TEST_CASE("half precision: ties to even, subnormals, the largest")
 {
-    // Eleven bits: from 1 on a step is 2^-10. The slope is stored as it is.
-    CHECK(slope_of(1.0f + 0x1p-10f) == 1.0f + 0x1p-10f);
-    CHECK(slope_of(1.0f + 0x1p-11f) == 1.0f);                    // a tie, to the even
-    CHECK(slope_of(1.0f + 3 * 0x1p-11f) == 1.0f + 2 * 0x1p-10f); // a tie, to the even
-    CHECK(slope_of(1.0f + 0x1p-11f + 0x1p-20f) == 1.0f + 0x1p-10f);
-    CHECK(slope_of(-(1.0f + 3 * 0x1p-11f)) == -(1.0f + 2 * 0x1p-10f));
-    CHECK(slope_of(2.0f - 0x1p-12f) == 2.0f); // up into the next power
-    CHECK(slope_of(2049.0f) == 2048.0f);
-    CHECK(slope_of(2051.0f) == 2052.0f);
-    CHECK(slope_of(0.0f) == 0.0f);
-    // Subnormal below 2^-14, steps of 2^-24.
-    CHECK(slope_of(0x1p-14f) == 0x1p-14f);
-    CHECK(slope_of(0x1p-14f - 0x1p-24f) == 0x1p-14f - 0x1p-24f);
-    CHECK(slope_of(0x1p-14f - 0x1p-25f) == 0x1p-14f);
-    CHECK(slope_of(3 * 0x1p-25f) == 0x1p-23f);
-    CHECK(slope_of(0x1p-25f) == 0.0f);
-    CHECK(slope_of(0x1.8p-25f) == 0x1p-24f);
-    // 65504 is the largest; beyond it there is no infinity.
-    CHECK(slope_of(65504.0f) == 65504.0f);
-    CHECK(slope_of(65519.0f) == 65504.0f);
-    CHECK(slope_of(65536.0f) == 65504.0f);
-    CHECK(slope_of(-1e30f) == -65504.0f);
+    constexpr float step = 0x1p-10f; // from 1 on: eleven bits
+    for (auto const& [given, kept] : {std::pair(1 + step, 1 + step),
+                                      {1 + step / 2, 1.0f}, // a tie, to the even
+                                      {1 + 3 * step / 2, 1 + 2 * step},
+                                      {1 + step / 2 + 0x1p-20f, 1 + step},
+                                      {-(1 + 3 * step / 2), -(1 + 2 * step)},
+                                      {2 - step / 4, 2.0f}, // up into the next power
+                                      {2049.0f, 2048.0f},
+                                      {2051.0f, 2052.0f},
+                                      {0.0f, 0.0f},
+                                      {0x1p-14f, 0x1p-14f}, // subnormal below that, steps of 2^-24
+                                      {0x1p-14f - 0x1p-24f, 0x1p-14f - 0x1p-24f},
+                                      {0x1p-14f - 0x1p-25f, 0x1p-14f},
+                                      {3 * 0x1p-25f, 0x1p-23f},
+                                      {0x1p-25f, 0.0f},
+                                      {0x1.8p-25f, 0x1p-24f},
+                                      {65504.0f, 65504.0f}, // the largest; beyond it there is no infinity
+                                      {65519.0f, 65504.0f},
+                                      {65536.0f, 65504.0f},
+                                      {-1e30f, -65504.0f}})
+        CHECK_MESSAGE(slope_of(given) == kept, given); // the slope is stored as it is
     // The factor's other two numbers are squared.
     CHECK(first_of(0.375f) == 0.375f);
-    CHECK(first_of(1.0f + 0x1p-11f) == 1.0f);
-    CHECK(first_of(1.0f + 3 * 0x1p-11f) == 1.0f + 2 * 0x1p-10f);
-    auto const second = stored(of_factor(1, 0, 1.0f + 3 * 0x1p-11f), Shape::half_factor);
-    CHECK(std::sqrt(-2 * second.across) == 1.0f + 2 * 0x1p-10f);
+    CHECK(first_of(1 + step / 2) == 1.0f);
+    CHECK(first_of(1 + 3 * step / 2) == 1 + 2 * step);
+    auto const second = stored(of_factor(1, 0, 1 + 3 * step / 2), Shape::half_factor);
+    CHECK(std::sqrt(-2 * second.across) == 1 + 2 * step);
 }
 
 TEST_CASE("half precision: what halves can hold is not changed, in either shape")
@@ -302,20 +288,18 @@ TEST_CASE("a cut in standard deviations of a round splat ends where it should")
     auto const tiling = splat::make_tiling(width, height, 32, 20);
     Knobs knobs;
     knobs.sigmas = 2;
-    auto s = splat_with(-0.125f, 0, -0.125f); // sigma 2, so 4 pixels around (48.25, 32)
-    s.columns = 0u | 96u << 16, s.rows = 0u | 64u << 16;
-    apply(knobs, view, tiling, s);
-    CHECK(s.columns == (44u | 53u << 16));
-    CHECK(s.rows == (28u | 37u << 16));
-    CHECK(s.anchor == tilemesh::TileId::at(1, 1));
-    s = splat_with(-0.125f, 0, -0.125f); // only the columns from 53 on are its own: nothing is left
-    s.columns = 53u | 96u << 16, s.rows = 0u | 64u << 16;
-    apply(knobs, view, tiling, s);
-    CHECK(!s.visible());
-    s = splat_with(-0.125f, 0, -0.125f); // one column is
-    s.columns = 52u | 96u << 16, s.rows = 0u | 64u << 16;
-    apply(knobs, view, tiling, s);
-    CHECK(s.columns == (52u | 53u << 16));
+    auto const from_column = [&](std::uint32_t first) {
+        auto s = splat_with(-0.125f, 0, -0.125f); // sigma 2, so 4 pixels around (48.25, 32)
+        s.columns = first | 96u << 16, s.rows = 0u | 64u << 16;
+        apply(knobs, view, tiling, s);
+        return s;
+    };
+    auto const whole = from_column(0);
+    CHECK(whole.columns == (44u | 53u << 16));
+    CHECK(whole.rows == (28u | 37u << 16));
+    CHECK(whole.anchor == tilemesh::TileId::at(1, 1));
+    CHECK(!from_column(53).visible()); // nothing is left
+    CHECK(from_column(52).columns == (52u | 53u << 16));
     splat::Splat hidden{};
     apply(knobs, view, tiling, hidden);
     CHECK(!hidden.visible());
@@ -323,17 +307,18 @@ TEST_CASE("a cut in standard deviations of a round splat ends where it should")
 
 TEST_CASE("the key is the highest bits of the depth")
 {
-    Knobs knobs;
-    CHECK(key_of(knobs, 0xffffffffu) == 0xffffffffu);
-    CHECK(key_of(knobs, 0x3f812345u) == 0x3f812345u);
-    knobs.key_bits = 24;
-    CHECK(key_of(knobs, 0x3f812345u) == 0x3f812300u);
-    CHECK(key_of(knobs, 0xffffffffu) == 0xffffff00u);
-    knobs.key_bits = 16;
-    CHECK(key_of(knobs, 0x3f812345u) == 0x3f810000u);
-    knobs.key_bits = 1;
-    CHECK(key_of(knobs, 0x7fffffffu) == 0u);
-    CHECK(key_of(knobs, 0x80000001u) == 0x80000000u);
+    struct Case {
+        std::uint32_t bits, depth, key;
+    };
+    for (auto const& each :
+         {Case{32, 0xffffffffu, 0xffffffffu}, Case{32, 0x3f812345u, 0x3f812345u}, Case{24, 0x3f812345u, 0x3f812300u},
+          Case{24, 0xffffffffu, 0xffffff00u}, Case{16, 0x3f812345u, 0x3f810000u}, Case{1, 0x7fffffffu, 0u}, Case{1, 0x80000001u, 0x80000000u}}) {
+        CAPTURE(each.bits);
+        Knobs knobs;
+        CHECK(knobs.key_bits == 32);
+        knobs.key_bits = each.bits;
+        CHECK(key_of(knobs, each.depth) == each.key);
+    }
 }
 
 TEST_CASE("settings: sixty and more, each by a name of its own, the library's first")
@@ -409,8 +394,7 @@ TEST_CASE("a view is measured against three pictures: double without cut-offs, d
     scene.camera = camera_of();
     auto const camera = bench::cameras_of("", scene, 1, {})[1];
     std::vector<Setting> chosen;
-    for (char const* name :
-         {"default", "on_sensor", "3DGS", "sigma 2 alpha 0", "half conic", "12-bit keys", "drop 5 slots", "storage 10"})
+    for (char const* name : {"default", "on_sensor", "3DGS", "sigma 2 alpha 0", "half conic", "12-bit keys", "drop 5 slots", "storage 10"})
         chosen.push_back(setting_of(name));
     MeasureOptions options;
     options.rounds = 2;

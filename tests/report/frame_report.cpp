@@ -2,8 +2,6 @@
 #include "../compare_reports.hpp"
 #include "../standard.hpp"
 #include "all_different.hpp"
-#include <iterator>
-#include <optional>
 #include <tilemesh/report/frame_csv.hpp>
 #include <tilemesh/report/table.hpp>
 
@@ -151,31 +149,30 @@ TEST_CASE("two reports with as many losses differ in the first loss that differs
 {
     auto a = all_different();
     a.digests = {51, 52};
-    auto b = a;
-    b.lost[1].tile = 1438;
-    b.lost[2].cause = report::Cause::storage_full;
-    CHECK(report::first_difference(a, b) == "lost[1]: Gaussian 8 on tile 1439 (storage_full) and Gaussian 8 on tile 1438 (storage_full)");
-    b.lost[1] = a.lost[1];
-    CHECK(report::first_difference(a, b) == "lost[2]: Gaussian 9 on tile 3 (late) and Gaussian 9 on tile 3 (storage_full)");
-    CHECK(report::first_difference(a, b, {"lost"}).empty());
-    b.lost[2] = a.lost[2];
-    b.lost[0].full_tile = 12;
-    CHECK(report::first_difference(a, b) == "lost[0]: Gaussian 7 (unplaced, tile 1000 is full) and Gaussian 7 (unplaced, tile 12 is full)");
-    b.lost[0] = a.lost[0];
-    b.full_tiles = {2, 17, 3105, 2000};
-    CHECK(report::first_difference(a, b) == "full_tiles: none and 2 with tile 17, which needs 3105 of 2000 slots");
-    CHECK(report::first_difference(a, b, {"lost"}).empty());
-    b.lost.pop_back();
-    CHECK(report::first_difference(a, b) == "lost: 5 and 4");
-    CHECK(report::first_difference(a, b, {"lost"}).empty());
-
-    b = a;
-    b.digests[1] = 53;
-    CHECK(report::first_difference(a, b) == "digests[1]: 52 and 53");
-    b.digests = {51};
-    CHECK(report::first_difference(a, b) == "digests: 2 and 1");
-    b.digests.clear(); // not asked for
-    CHECK(report::first_difference(a, b).empty());
+    auto const differ = [&](std::string const& in, auto const& change, std::initializer_list<std::string_view> ignored = {}) {
+        auto b = a;
+        change(b);
+        CHECK(report::first_difference(a, b, ignored) == in);
+    };
+    std::pair<std::string, void (*)(FrameReport&)> const losses[] = {
+        {"lost[1]: Gaussian 8 on tile 1439 (storage_full) and Gaussian 8 on tile 1438 (storage_full)", [](FrameReport& b) { b.lost[1].tile = 1438; }},
+        {"lost[2]: Gaussian 9 on tile 3 (late) and Gaussian 9 on tile 3 (storage_full)",
+         [](FrameReport& b) { b.lost[2].cause = report::Cause::storage_full; }},
+        {"lost[0]: Gaussian 7 (unplaced, tile 1000 is full) and Gaussian 7 (unplaced, tile 12 is full)",
+         [](FrameReport& b) { b.lost[0].full_tile = 12; }},
+        {"full_tiles: none and 2 with tile 17, which needs 3105 of 2000 slots",
+         [](FrameReport& b) {
+             b.full_tiles = {2, 17, 3105, 2000};
+         }},
+        {"lost: 5 and 4", [](FrameReport& b) { b.lost.pop_back(); }}};
+    for (auto const& [text, change] : losses) {
+        differ(text, change);
+        differ("", change, {"lost"});
+    }
+    differ(losses[0].first, [&](FrameReport& b) { losses[0].second(b), losses[1].second(b); }); // the first one
+    differ("digests[1]: 52 and 53", [](FrameReport& b) { b.digests[1] = 53; });
+    differ("digests: 2 and 1", [](FrameReport& b) { b.digests = {51}; });
+    differ("", [](FrameReport& b) { b.digests.clear(); }); // not asked for
 }
 
 TEST_SUITE_END();

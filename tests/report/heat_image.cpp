@@ -35,7 +35,6 @@ double lightness(std::array<float, 3> const& rgb)
     return y > 216.0 / 24389 ? 116 * std::cbrt(y) - 16 : 24389.0 / 27 * y;
 }
 
-
 } // namespace
 
 TEST_CASE("the colours at both ends and in the middle are those of viridis; beyond an end is the end")

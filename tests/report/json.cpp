@@ -1,10 +1,8 @@
 // test: unoptimised test asan
 #include "../compare_reports.hpp"
-#include "../standard.hpp"
 #include "all_different.hpp"
+#include "folder.hpp"
 #include "json_schema.hpp"
-#include <chrono>
-#include <filesystem>
 #include <tilemesh/config.hpp>
 #include <tilemesh/render/describe.hpp>
 #include <tilemesh/report/json.hpp>
@@ -58,58 +56,52 @@ report::RunReport run()
 
 TEST_SUITE_BEGIN("report");
 
-TEST_CASE("report.json says what ran")
+TEST_CASE("report.json says its form, the library that wrote it, what ran and of what, what was left out, and what would help")
 {
     auto const json = report::json_of(run());
-    CHECK(json["map"] == Json{{"name", "sloth"},
-                              {"path", "maps/sloth.ply"},
-                              {"gaussians", 25161},
-                              {"rejected", 2},
-                              {"notes", {"columns skipped: nx, ny, nz"}}});
+    CHECK(json["map"] ==
+          Json{{"name", "sloth"}, {"path", "maps/sloth.ply"}, {"gaussians", 25161}, {"rejected", 2}, {"notes", {"columns skipped: nx, ny, nz"}}});
     CHECK(json["preset"] == "paper");
     CHECK(json["engine"] == "threads");
     CHECK(json["threads"] == 3);
-    CHECK(json["policies"] == Json{{"routing", "row_first"},
-                                   {"addressing", "recomputed"},
-                                   {"saturation", "drop"},
-                                   {"footprint", "three_sigma_square"},
-                                   {"copies", "world"},
-                                   {"pixels", "rgbx8"},
-                                   {"arithmetic", "precise"},
-                                   {"hops", "quiet"},
-                                   {"rounds", "all"}});
+    CHECK(json["policies"] == Json{{"routing", "row_first"}, {"addressing", "recomputed"}, {"saturation", "drop"},
+                                   {"footprint", "three_sigma_square"}, {"copies", "world"}, {"pixels", "rgbx8"}, {"arithmetic", "precise"},
+                                   {"hops", "quiet"}, {"rounds", "all"}});
     CHECK(json["program"] == "anchored");
     CHECK(json["quality"] == "viewing");
     CHECK(json["cut_offs"] == Json{{"alpha_min", 0.0078125}, {"transmittance_min", 0.25}, {"alpha_max", 0.75}});
     CHECK(json["background"] == Json{0.25, 0.5, 1.0});
     CHECK(report::json_of(report::RunReport{})["quality"] == "default");
     CHECK(json["frames"].size() == 1);
-
-    auto bounded = run();
-    bounded.policies.hops = 1;
-    bounded.map.path.clear();
-    bounded.notes = {"interrupted"};
-    bounded.policies.rounds = 2;
-    bounded.program = report::Program::automatic;
-    CHECK(report::json_of(bounded)["policies"]["hops"] == 1);
-    CHECK(report::json_of(bounded)["policies"]["rounds"] == 2);
-    CHECK(report::json_of(bounded)["program"] == "auto");
-    CHECK(report::json_of(bounded)["map"]["path"].is_null());
     CHECK(json["notes"] == Json::array());
-    CHECK(report::json_of(bounded)["notes"] == Json::array({"interrupted"}));
-}
-
-TEST_CASE("report.json says its form, the library that wrote it, and what would help")
-{
-    auto const json = report::json_of(run());
+    CHECK(json["advice"].is_null());
+    CHECK(json["features"] == Json::array());
+    CHECK_FALSE(json.contains("made_from"));
     CHECK(json["schema"] == 2);
     auto const version = json["version"].get<std::string>();
     CHECK(std::count(version.begin(), version.end(), '.') == 2);
     CHECK(std::stoi(version) == TILEMESH_VERSION / 10000);
-    CHECK(json["advice"].is_null());
-    auto advised = run();
-    advised.advice = "more slots";
-    CHECK(report::json_of(advised)["advice"] == "more slots");
+
+    auto other = run();
+    other.policies.hops = 1;
+    other.policies.rounds = 2;
+    other.program = report::Program::automatic;
+    other.map.path.clear();
+    other.notes = {"interrupted"};
+    other.advice = "more slots";
+    other.made_from = {"0.2.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
+    other.features = {{"routing", false, "one view"}, {"bloom", true, "2 x 1 tiles"}};
+    auto const changed = report::json_of(other);
+    CHECK(changed["policies"]["hops"] == 1);
+    CHECK(changed["policies"]["rounds"] == 2);
+    CHECK(changed["program"] == "auto");
+    CHECK(changed["map"]["path"].is_null());
+    CHECK(changed["notes"] == Json::array({"interrupted"}));
+    CHECK(changed["advice"] == "more slots");
+    CHECK(changed["made_from"] ==
+          Json{{"version", "0.2.0"}, {"options", {"--size=8x6"}}, {"files", {{{"path", "map.ply"}, {"bytes", 12}, {"digest", "ff"}}}}});
+    CHECK(changed["features"] == Json::array({{{"feature", "routing"}, {"kept", false}, {"why", "one view"}},
+                                              {{"feature", "bloom"}, {"kept", true}, {"why", "2 x 1 tiles"}}}));
 }
 
 TEST_CASE("report.schema.json describes every member of report.json, and notices each that is missing, unknown or of another type")
@@ -147,9 +139,9 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     bare.setup = all.setup;
     CHECK(validator.errors(report::json_of(bare)) == std::vector<std::string>{});
 
-    std::set<std::string> const optional = {"image",      "depth",      "alpha", "timestamp_s",     "intrinsics_px", "world_to_camera", "modelled", "lens", "lens_coefficients",
-                                            "full_tiles", "unfinished", "error", "error_same_cuts", "photograph",    "compared",
-                                            "certified",  "compared_certified"};
+    std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "intrinsics_px", "world_to_camera", "modelled", "lens",
+                                            "lens_coefficients", "full_tiles", "unfinished", "error", "error_same_cuts", "photograph", "compared",
+                                            "certified", "compared_certified"};
     for (auto const& [change, spoiled] : json_schema::spoiled(json)) {
         auto const& how = change; // Clang 14 captures no structured binding
         CAPTURE(how);
@@ -182,8 +174,7 @@ TEST_CASE("report.json has the machine and its ledger")
     CHECK(json["sram_bytes"] == 638976);
     CHECK(json["storage_slots"] == 3200);
     CHECK(json["channel_slots"] == 400);
-    CHECK(json["ledger"] ==
-          Json::array({{{"region", "storage"}, {"bytes", 192008}, {"what", "state"}, {"budgeted", true}}}));
+    CHECK(json["ledger"] == Json::array({{{"region", "storage"}, {"bytes", 192008}, {"what", "state"}, {"budgeted", true}}}));
     CHECK(json["budgeted_bytes"] == 192008);
     CHECK_FALSE(json.contains("note"));
 
@@ -228,16 +219,14 @@ TEST_CASE("report.json has every number of a frame under its name")
     more.frames[0].timestamp_s = 1305031102.175304;
     more.frames[0].modelled = {"mk2", 123456, 0.25};
     more.frames[0].report.full_tiles = {2, 17, 3105, 2000};
+    more.frames[0].depth = "frame_0000.depth.pfm";
+    more.frames[0].alpha = "frame_0000.alpha.pfm";
     auto const with_more = report::json_of(more)["frames"][0];
     CHECK(with_more["timestamp_s"].dump() == "1305031102.175304");
     CHECK(with_more["modelled"] == Json{{"cost_model", "mk2"}, {"cycles", 123456}, {"ms", 0.25}});
     CHECK(with_more["full_tiles"] == Json{{"count", 2}, {"fullest", 17}, {"slots_needed", 3105}, {"slots_available", 2000}});
-
-    auto planes = run();
-    planes.frames[0].depth = "frame_0000.depth.pfm";
-    planes.frames[0].alpha = "frame_0000.alpha.pfm";
-    CHECK(report::json_of(planes)["frames"][0]["depth"] == "frame_0000.depth.pfm");
-    CHECK(report::json_of(planes)["frames"][0]["alpha"] == "frame_0000.alpha.pfm");
+    CHECK(with_more["depth"] == "frame_0000.depth.pfm");
+    CHECK(with_more["alpha"] == "frame_0000.alpha.pfm");
 }
 
 TEST_CASE("errors are in report.json where a reference was rendered; an infinite PSNR is null")
@@ -246,8 +235,7 @@ TEST_CASE("errors are in report.json where a reference was rendered; an infinite
     all.frames[0].error = measures(12.5);
     all.frames[0].error_same_cuts = measures(std::numeric_limits<double>::infinity());
     auto const json = report::json_of(all)["frames"][0];
-    CHECK(json["error"] ==
-          Json{{"rmse", 0.25}, {"max_levels", 3.0}, {"p999_levels", 2.0}, {"psnr_db", 12.5}, {"ssim", 0.5}});
+    CHECK(json["error"] == Json{{"rmse", 0.25}, {"max_levels", 3.0}, {"p999_levels", 2.0}, {"psnr_db", 12.5}, {"ssim", 0.5}});
     CHECK(json["error_same_cuts"]["psnr_db"].is_null());
     CHECK(json["error_same_cuts"]["rmse"] == 0.25);
     CHECK_FALSE(report::json_of(run())["frames"][0].contains("error"));
@@ -337,15 +325,15 @@ TEST_CASE("a frame of report.json is read back as it was written")
                          "a frame of a report has 4294967296 as peak.storage (a report holds 32 bits of it); write the report again", tilemesh::Error);
 
     // Every key is required, except the keys of files and errors. No key may have another type.
+    std::set<std::string> const optional = {"image", "depth", "alpha", "error", "error_same_cuts", "timestamp_s", "lens", "modelled", "full_tiles",
+                                            "unfinished", "photograph", "compared"};
     auto const keys = json_of(f);
     for (auto const& item : keys.items()) {
         auto const& key = item.key();
         CAPTURE(key);
         auto lacks = json_of(f);
         lacks.erase(key);
-        if (key == "image" || key == "depth" || key == "alpha" || key == "error" || key == "error_same_cuts" || key == "timestamp_s" ||
-            key == "lens" || key == "modelled" || key == "full_tiles" || key == "unfinished" || key == "photograph" || key == "compared")
-            CHECK_NOTHROW(report::frame_of(lacks));
+        if (optional.contains(key)) CHECK_NOTHROW(report::frame_of(lacks));
         else CHECK_THROWS_AS(report::frame_of(lacks), tilemesh::Error);
         auto other = json_of(f);
         other[key] = true;
@@ -364,49 +352,21 @@ TEST_CASE("a frame of report.json is read back as it was written")
     CHECK_THROWS_AS(report::frame_of(Json::array()), tilemesh::Error);
 }
 
-TEST_CASE("what a run was made from is in report.json where it is known")
-{
-    auto all = run();
-    CHECK_FALSE(report::json_of(all).contains("made_from"));
-    all.made_from = {"0.2.0", {"--size=8x6"}, {{"map.ply", 12, "ff"}}};
-    CHECK(report::json_of(all)["made_from"] == Json{{"version", "0.2.0"},
-                                                   {"options", {"--size=8x6"}},
-                                                   {"files", {{{"path", "map.ply"}, {"bytes", 12}, {"digest", "ff"}}}}});
-}
-
-TEST_CASE("what was left out, and why, is in report.json")
-{
-    auto all = run();
-    CHECK(report::json_of(all)["features"] == Json::array());
-    all.features = {{"routing", false, "one view"}, {"bloom", true, "2 x 1 tiles"}};
-    auto const json = report::json_of(all)["features"];
-    REQUIRE(json.size() == 2);
-    CHECK(json[0] == Json{{"feature", "routing"}, {"kept", false}, {"why", "one view"}});
-    CHECK(json[1]["kept"] == true);
-}
-
 TEST_CASE("report.json is written whole, or what was there stays")
 {
-    auto const folder = std::filesystem::temp_directory_path() /
-                        ("tilemesh_json_" +
-                         std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
-    std::filesystem::create_directory(folder);
-    auto const path = folder / "report.json";
+    tests::Folder const folder;
     auto all = run();
     all.map.path = "no utf-8: \xff";
-    report::write_json(path, all);
-    CHECK_FALSE(std::filesystem::exists(path.string() + ".part"));
+    report::write_json(folder.path / "report.json", all);
+    CHECK(folder.names() == std::vector<std::string>{"report.json"});
 
-    std::ifstream in(path);
-    auto const read = Json::parse(in);
+    auto const read = Json::parse(tests::contents(folder.path / "report.json"));
     CHECK(read["map"]["path"] == "no utf-8: \xef\xbf\xbd");
     CHECK(read["frames"] == report::json_of(all)["frames"]);
     auto keys = std::string();
     for (auto const& [key, value] : read.items()) keys += key + " ";
     CHECK(keys == "schema version map machine preset program policies quality cut_offs background setup features engine threads notes advice frames ");
-
-    CHECK_THROWS_AS(report::write_json(folder / "absent" / "report.json", all), tilemesh::Error);
-    std::filesystem::remove_all(folder);
+    CHECK_THROWS_AS(report::write_json(folder.path / "absent" / "report.json", all), tilemesh::Error);
 }
 
 TEST_SUITE_END();

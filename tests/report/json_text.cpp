@@ -1,14 +1,8 @@
 // test: unoptimised test asan
-#include <cmath>
-#include <cstddef>
-#include <doctest/doctest.h>
-#include <limits>
+#include "../standard.hpp"
 #include <nlohmann/json.hpp>
-#include <random>
-#include <string>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/json_text.hpp>
-#include <vector>
 
 // The writer of JSON, and the texts of numbers.
 using namespace tilemesh;

@@ -1,9 +1,10 @@
 // test: unoptimised test asan tsan
-#include "../standard.hpp"
+#include "folder.hpp"
 #include <tilemesh/report/plot.hpp>
 
 namespace {
 
+using tests::count;
 using tilemesh::Error;
 using tilemesh::report::Plot;
 using tilemesh::report::PlotLine;
@@ -46,6 +47,13 @@ bool well_formed(std::string const& text)
     return open.empty();
 }
 
+/// The picture of a plot; it must be well formed.
+std::string drawn(Plot const& plot)
+{
+    auto text = svg(plot);
+    CHECK(well_formed(text));
+    return text;
+}
 /// All numbers after `before` in the text.
 std::vector<double> numbers_after(std::string const& text, std::string const& before)
 {
@@ -59,12 +67,6 @@ std::string path_of(std::string const& text)
 {
     auto const begin = text.find("<path d=\"", text.find("<g clip-path")) + 9;
     return text.substr(begin, text.find('"', begin) - begin);
-}
-std::size_t count(std::string const& text, std::string const& what)
-{
-    std::size_t n = 0;
-    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-    return n;
 }
 
 Plot plot_of(Points points, PlotScale x = PlotScale::linear, PlotScale y = PlotScale::linear)
@@ -83,8 +85,7 @@ TEST_SUITE_BEGIN("report");
 
 TEST_CASE("a linear plot lays values evenly, up is more")
 {
-    auto const text = svg(plot_of({{0, 0}, {5, 10}, {10, 40}}));
-    CHECK(well_formed(text));
+    auto const text = drawn(plot_of({{0, 0}, {5, 10}, {10, 40}}));
     auto const x = numbers_after(text, "cx=\""), y = numbers_after(text, "cy=\"");
     REQUIRE(x.size() == 3);
     CHECK(x[1] - x[0] == doctest::Approx(x[2] - x[1]).epsilon(0.001));
@@ -99,14 +100,13 @@ TEST_CASE("with equal units a square is a square, and one point is drawn")
 {
     auto plot = plot_of({{0, 0}, {0, 3}, {3, 3}});
     plot.equal_units = true;
-    auto const text = svg(plot);
-    CHECK(well_formed(text));
+    auto const text = drawn(plot);
     auto const x = numbers_after(text, "cx=\""), y = numbers_after(text, "cy=\"");
     REQUIRE(x.size() == 3);
     CHECK(x[2] - x[1] == doctest::Approx(y[0] - y[1]).epsilon(0.002));
     CHECK(y[0] - y[1] > 200); // the higher side fills the area
     plot.series[0].points = {{1e6, -3}};
-    CHECK(well_formed(svg(plot)));
+    drawn(plot);
 }
 
 TEST_CASE("a logarithmic axis gives every factor the same length")
@@ -120,8 +120,7 @@ TEST_CASE("a logarithmic axis gives every factor the same length")
         CHECK_MESSAGE(text.find(tick) != std::string::npos, tick);
     CHECK(text.find(">500<") == std::string::npos); // beyond the last value
 
-    auto const wide = svg(plot_of({{1e-3, 1e-12}, {1, 1}, {10, 1e9}}, PlotScale::logarithmic, PlotScale::logarithmic));
-    CHECK(well_formed(wide));
+    auto const wide = drawn(plot_of({{1e-3, 1e-12}, {1, 1}, {10, 1e9}}, PlotScale::logarithmic, PlotScale::logarithmic));
     CHECK(wide.find(">0.001<") != std::string::npos);
     CHECK(wide.find(">1e-12<") != std::string::npos); // beyond that a number of its zeros would stand on the label
     CHECK(wide.find(">0.0000") == std::string::npos);
@@ -131,8 +130,7 @@ TEST_CASE("a logarithmic axis gives every factor the same length")
 TEST_CASE("a short logarithmic axis can be read too: it has three ticks or more")
 {
     auto const ticks = [](double low, double high) {
-        auto const text = svg(plot_of({{low, 1}, {high, 2}}, PlotScale::logarithmic));
-        CHECK(well_formed(text));
+        auto const text = drawn(plot_of({{low, 1}, {high, 2}}, PlotScale::logarithmic));
         std::string out;
         for (auto const* tick : {"9", "10", "20", "30", "40", "50", "98", "99", "100", "101", "102", "103", "104", "110", "120", "130", "140"})
             if (text.find(std::string(">") + tick + "<") != std::string::npos) out += std::string(out.empty() ? "" : " ") + tick;
@@ -146,8 +144,7 @@ TEST_CASE("a short logarithmic axis can be read too: it has three ticks or more"
 
 TEST_CASE("infinite values have their own line, above all others; NaN is a gap")
 {
-    auto const text = svg(plot_of({{1, 30}, {2, infinite}, {3, 60}, {4, not_a_number}, {5, 40}, {6, -infinite}}));
-    CHECK(well_formed(text));
+    auto const text = drawn(plot_of({{1, 30}, {2, infinite}, {3, 60}, {4, not_a_number}, {5, 40}, {6, -infinite}}));
     auto const y = numbers_after(text, "cy=\"");
     REQUIRE(y.size() == 4);
     CHECK(y[1] < y[2] - 10);
@@ -158,8 +155,7 @@ TEST_CASE("infinite values have their own line, above all others; NaN is a gap")
     CHECK(text.find("nan") == std::string::npos);
     CHECK(svg(plot_of({{1, 30}, {2, 60}})).find(">inf<") == std::string::npos);
 
-    auto const nothing_finite = svg(plot_of({{1, infinite}, {2, infinite}}));
-    CHECK(well_formed(nothing_finite));
+    auto const nothing_finite = drawn(plot_of({{1, infinite}, {2, infinite}}));
     CHECK(numbers_after(nothing_finite, "cy=\"").size() == 2);
 }
 
@@ -184,8 +180,7 @@ TEST_CASE("ticks are round numbers, with the digits they need and no more")
     CHECK(svg(plot_of({{0, 0}, {1, 123456}})).find(">100000<") != std::string::npos);
     for (Points const& points : {Points{}, Points{{0, 0}}, Points{{7, 7}, {7, 7}}, Points{{-5, -5}}, Points{{0, not_a_number}},
                                  Points{{1, 1e300}, {2, -1e300}}, Points{{1, 1e-300}, {2, 2e-300}}, Points{{1, 1e15}, {2, 1e15 + 1}}}) {
-        auto const text = svg(plot_of(points));
-        CHECK(well_formed(text));
+        auto const text = drawn(plot_of(points));
         CHECK(text.find("nan") == std::string::npos);
         CHECK(text.find("\"inf") == std::string::npos);
         CHECK(count(text, "<text") < 40);
@@ -203,7 +198,7 @@ TEST_CASE("bounds cut what is outside, at the area's border")
     CHECK(text.find("clip-path=\"url(#area)\"") != std::string::npos);
     plot.y.high.reset();
     plot.y.low = 1000; // above all values
-    CHECK(well_formed(svg(plot)));
+    drawn(plot);
 }
 
 TEST_CASE("names may hold what XML reserves")
@@ -211,8 +206,7 @@ TEST_CASE("names may hold what XML reserves")
     auto plot = plot_of({{0, 1}, {1, 2}});
     plot.title = "a < b & \"c\" > d\n\x01";
     plot.series[0].name = "<script>";
-    auto const text = svg(plot);
-    CHECK(well_formed(text));
+    auto const text = drawn(plot);
     CHECK(text.find("a &lt; b &amp; &quot;c&quot; &gt; d  <") != std::string::npos);
     CHECK(text.find("<script>") == std::string::npos);
 }
@@ -222,8 +216,7 @@ TEST_CASE("series are told apart by colour and dashes, and listed in order")
     auto plot = plot_of({{0, 1}, {1, 2}});
     plot.series.push_back({.name = "two", .points = {{0, 2}}, .colour = 5, .dashed = true});
     plot.series.push_back({.name = "three", .points = {}, .colour = 13});
-    auto const text = svg(plot);
-    CHECK(well_formed(text));
+    auto const text = drawn(plot);
     CHECK(count(text, "stroke-dasharray") == 2);   // its line and its sample
     CHECK(count(text, "stroke=\"#d55e00\"") == 4); // and the rings of two; 13 is 5 again; three has no line, but a sample
     CHECK(text.find(">one<") < text.find(">two<"));
@@ -236,8 +229,7 @@ TEST_CASE("dots alone are joined by nothing, in the area or in the legend")
     plot.series[0].colour = 5;
     auto const joined = svg(plot);
     plot.series[0].line = PlotLine::none;
-    auto const text = svg(plot);
-    CHECK(well_formed(text));
+    auto const text = drawn(plot);
     CHECK(count(text, "<path") == 0);
     // The same dots at the same places, and one more in the legend.
     CHECK(count(text, "<circle") == count(joined, "<circle") + 1);
@@ -256,7 +248,7 @@ TEST_CASE("dots alone are joined by nothing, in the area or in the legend")
     CHECK(count(svg(plot), "r=\"4.0\"") == 4);
 
     plot.series[0].points.clear();
-    CHECK(well_formed(svg(plot)));
+    drawn(plot);
     CHECK(count(svg(plot), "<circle") == 1); // the legend names what has no point
 }
 
@@ -265,13 +257,11 @@ TEST_CASE("a faded series is drawn through as one, and so is its sample; others 
     auto plot = plot_of({{0, 1}, {1, 2}});
     CHECK(count(svg(plot), "opacity") == 0);
     plot.series.push_back({.name = "two", .points = {{0, 2}, {0, 2}, {1, 1}}, .line = PlotLine::none, .colour = 3, .faded = true});
-    auto text = svg(plot);
-    CHECK(well_formed(text));
+    auto text = drawn(plot);
     CHECK(count(text, "opacity=\"0.6\"") == 2); // one group, so that dots over dots are no darker; and the sample
     CHECK(count(text, "opacity") == 2);
     plot.series[1].line = PlotLine::step;
-    text = svg(plot);
-    CHECK(well_formed(text));
+    text = drawn(plot);
     CHECK(count(text, "opacity=\"0.6\"") == 2);
     plot.series[1].faded = false;
     CHECK(count(svg(plot), "opacity") == 0);
@@ -283,8 +273,7 @@ TEST_CASE("where lines coincide their colours alternate, and the earlier dot is 
     auto const alone = svg(plot);
     plot.series.push_back({.name = "two", .points = {{0, 1}, {1, 2}, {2, 1}}, .colour = 5});
     plot.series.push_back({.name = "three", .points = {{0, 1}, {1, 2}}, .colour = 3});
-    auto const text = svg(plot);
-    CHECK(well_formed(text));
+    auto const text = drawn(plot);
     // Of the piece that three share the first is drawn whole, the others on it in a third each.
     CHECK(count(text, "stroke-dasharray=\"7 14\" stroke-dashoffset=\"-7\"") == 1);
     CHECK(count(text, "stroke-dasharray=\"7 14\" stroke-dashoffset=\"-14\"") == 1);
@@ -313,7 +302,7 @@ TEST_CASE("where lines coincide their colours alternate, and the earlier dot is 
     plot = plot_of({{0, 1}, {1, 1e300}, {2, -1e300}});
     plot.y.low = 0;
     plot.y.high = 2;
-    CHECK(well_formed(svg(plot)));
+    drawn(plot);
     for (double const at : numbers_after(svg(plot), "cy=\"")) CHECK(std::fabs(at) <= 1e6);
 }
 
@@ -327,19 +316,18 @@ TEST_CASE("the dots of a dashed series are rings")
 
 TEST_CASE("what cannot be drawn is refused")
 {
-    CHECK_THROWS_AS(svg(plot_of({{0, 1}, {1, 2}}, PlotScale::logarithmic)), Error);
-    CHECK_THROWS_AS(svg(plot_of({{1, -1}, {2, 2}}, PlotScale::linear, PlotScale::logarithmic)), Error);
-    CHECK_THROWS_AS(svg(plot_of({{not_a_number, 1}})), Error);
-    CHECK_THROWS_AS(svg(plot_of({{infinite, 1}})), Error);
+    constexpr auto logarithmic = PlotScale::logarithmic;
+    CHECK_THROWS_AS(svg(plot_of({{1, -1}, {2, 2}}, PlotScale::linear, logarithmic)), Error);
+    for (Points const& points : {Points{{0, 1}, {1, 2}}, Points{{1.7e308, 1}}}) CHECK_THROWS_AS(svg(plot_of(points, logarithmic)), Error);
+    for (Points const& points : {Points{{not_a_number, 1}}, Points{{infinite, 1}}, Points{{0, -1.7e308}, {1, 1.7e308}}})
+        CHECK_THROWS_AS(svg(plot_of(points)), Error);
     auto plot = plot_of({{1, 1}, {2, 2}});
     plot.x.low = 3;
-    plot.x.high = 3;
-    CHECK_THROWS_AS(svg(plot), Error);
-    plot.x.high = infinite;
-    CHECK_THROWS_AS(svg(plot), Error);
-    CHECK_THROWS_AS(svg(plot_of({{0, -1.7e308}, {1, 1.7e308}})), Error);
-    CHECK_THROWS_AS(svg(plot_of({{1.7e308, 1}}, PlotScale::logarithmic)), Error);
-    plot = plot_of({{0, 1}, {2, 2}}, PlotScale::logarithmic);
+    for (double const high : {3.0, infinite}) {
+        plot.x.high = high;
+        CHECK_THROWS_AS(svg(plot), Error);
+    }
+    plot = plot_of({{0, 1}, {2, 2}}, logarithmic);
     plot.x.low = 1; // the range is good, the value is not
     CHECK_THROWS_AS(svg(plot), Error);
     plot = plot_of({{1, 1}});
@@ -347,18 +335,16 @@ TEST_CASE("what cannot be drawn is refused")
     CHECK_THROWS_AS(svg(plot), Error);
     plot.width = 320;
     plot.height = 200;
-    CHECK(well_formed(svg(plot)));
+    drawn(plot);
 }
 
 TEST_CASE("the file is the text, whole")
 {
-    auto const path = std::filesystem::temp_directory_path() / "tilemesh_plot_test.svg";
+    tests::Folder const folder;
     auto const plot = plot_of({{0, 1}, {1, infinite}});
-    tilemesh::report::write_svg(path, plot);
-    std::ifstream in(path, std::ios::binary);
-    CHECK(std::string(std::istreambuf_iterator<char>(in), {}) == svg(plot));
-    std::filesystem::remove(path);
-    CHECK_THROWS_AS(tilemesh::report::write_svg(path / "no" / "folder.svg", plot), Error);
+    tilemesh::report::write_svg(folder.path / "a.svg", plot);
+    CHECK(tests::contents(folder.path / "a.svg") == svg(plot));
+    CHECK_THROWS_AS(tilemesh::report::write_svg(folder.path / "no" / "folder.svg", plot), Error);
 }
 
 TEST_SUITE_END();

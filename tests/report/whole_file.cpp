@@ -1,6 +1,5 @@
 // test: unoptimised test asan tsan
-#include "../standard.hpp"
-#include <chrono>
+#include "folder.hpp"
 #include <tilemesh/joined_threads.hpp>
 #include <tilemesh/report/whole_file.hpp>
 #if defined(__linux__)
@@ -11,26 +10,8 @@
 namespace {
 
 namespace fs = std::filesystem;
+using tests::contents, tests::Folder;
 using tilemesh::report::write_whole;
-
-/// A folder that is removed at the end of the scope.
-struct Folder {
-    fs::path path = fs::temp_directory_path() /
-                    ("tilemesh_whole_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
-    Folder() { fs::create_directory(path); }
-    ~Folder() { fs::remove_all(path); }
-
-    std::size_t files() const
-    {
-        return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-    }
-};
-
-std::string contents(fs::path const& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 } // namespace
 
@@ -73,8 +54,7 @@ TEST_CASE("a file that outlasts a power loss is written like any other")
 TEST_CASE("a file that cannot be written leaves nothing, and what was there")
 {
     Folder const folder;
-    CHECK_THROWS_WITH_AS(write_whole(folder.path / "absent" / "a", "x"), doctest::Contains("room for 1 bytes"),
-                         tilemesh::Error);
+    CHECK_THROWS_WITH_AS(write_whole(folder.path / "absent" / "a", "x"), doctest::Contains("room for 1 bytes"), tilemesh::Error);
     CHECK_THROWS_WITH_AS(write_whole(folder.path, "x"), doctest::Contains("directory"), tilemesh::Error);
     CHECK_THROWS_AS(write_whole(folder.path / std::string(300, 'n'), "x"), tilemesh::Error);
     CHECK(folder.files() == 0);
@@ -114,14 +94,10 @@ TEST_CASE("a file of several pieces has its name when it is finished, and never 
 TEST_CASE("pieces for an open stream leave it open, and its error has the caller's words")
 {
     using tilemesh::report::WholeFile;
-    struct Closed {
-        std::FILE* file;
-        ~Closed() { std::fclose(file); }
-    };
     Folder const folder;
     auto const path = folder.path / "a";
     {
-        Closed const stream{std::fopen(path.c_str(), "wb")};
+        tests::Stream const stream{std::fopen(path.c_str(), "wb")};
         {
             WholeFile file(stream.file, "the words", "buy a disk");
             file.put("one ");
@@ -131,7 +107,7 @@ TEST_CASE("pieces for an open stream leave it open, and its error has the caller
         std::fputs("two", stream.file);
     }
     CHECK(contents(path) == "one two");
-    Closed const stream{std::fopen(path.c_str(), "rb")}; // no write goes there
+    tests::Stream const stream{std::fopen(path.c_str(), "rb")}; // no write goes there
     WholeFile file(stream.file, "the words", "buy a disk");
     CHECK_THROWS_WITH_AS(file.put("x"), "cannot write the words (Bad file descriptor); buy a disk", tilemesh::Error);
     CHECK(folder.files() == 1);
@@ -164,8 +140,7 @@ TEST_CASE("a disk that is full leaves what had the name, and no part")
         CAPTURE(size);
         {
             FullDisk const full;
-            CHECK_THROWS_WITH_AS(write_whole(path, std::string(size, 'x')), doctest::Contains("File too large"),
-                                 tilemesh::Error);
+            CHECK_THROWS_WITH_AS(write_whole(path, std::string(size, 'x')), doctest::Contains("File too large"), tilemesh::Error);
         }
         CHECK(contents(path) == "the old file");
         CHECK(folder.files() == 1);

@@ -1,28 +1,15 @@
 // test: unoptimised test asan
-#include "../standard.hpp"
-#include <chrono>
+#include "folder.hpp"
 #include <tilemesh/report/y4m.hpp>
 
 namespace {
 
 namespace fs = std::filesystem;
+using tests::contents, tests::Folder;
 using tilemesh::report::FrameRate;
 using tilemesh::report::Image;
 using tilemesh::report::y4m_frame;
 using tilemesh::report::Y4mVideo;
-
-struct Folder {
-    fs::path path = fs::temp_directory_path() / ("tilemesh_y4m_" + std::to_string(std::chrono::system_clock::now().time_since_epoch().count()));
-    Folder() { fs::create_directory(path); }
-    ~Folder() { fs::remove_all(path); }
-    std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
-};
-
-std::string contents(fs::path const& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 using Samples = std::array<int, 3>; ///< Y', Cb, Cr
 
@@ -179,10 +166,7 @@ TEST_CASE("y4m: a video that is not finished leaves nothing, and what had its na
 
 TEST_CASE("y4m: a stream has each frame at once, and stays open")
 {
-    struct Closed {
-        std::FILE* file = std::tmpfile();
-        ~Closed() { std::fclose(file); }
-    } const stream;
+    tests::Stream const stream{std::tmpfile()};
     REQUIRE(stream.file != nullptr);
     auto const length = [&] { // what the system has
         std::error_code ignored;
