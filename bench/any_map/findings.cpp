@@ -1,11 +1,9 @@
-#include "findings.hpp"
+#include "any_map.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/statistics.hpp>
-#include <sstream>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/table.hpp>
-#include <tilemesh/report/whole_file.hpp>
 #include <utility>
 
 namespace any_map {
@@ -69,22 +67,6 @@ std::string markdown(std::vector<std::vector<std::string>> const& lines, std::si
     }
     return out;
 }
-/// Text in lines of at most 118 characters; the second and later lines begin with `indent`.
-std::string wrapped(std::string const& text, std::string const& indent)
-{
-    std::istringstream words(text);
-    std::string out, line, word;
-    while (words >> word) {
-        if (!line.empty() && line.size() + 1 + word.size() > 118) {
-            out += line + "\n";
-            line = indent + word;
-        } else {
-            line += (line.empty() ? "" : " ") + word;
-        }
-    }
-    return out + line + "\n";
-}
-
 std::string rounds(Row const& r)
 {
     return thousands(r.rounds) + (r.rounds == 1 ? " round" : " rounds");
@@ -101,28 +83,6 @@ std::string knee(std::vector<Row const*> const& all, bool of_held)
            thousands(first->exchanges) + " exchanges and " + ms(modelled_ms(*first)) +
            " ms, and nothing is missing. The least is " + ms(modelled_ms(*least)) + " ms at " + thousands(slots(least)) +
            "; the smallest setting within 5 % of it has " + thousands(slots(near)) + ".";
-}
-
-tilemesh::report::Plot slot_plot(std::vector<Row> const& rows)
-{
-    using tilemesh::report::PlotScale;
-    tilemesh::report::Plot plot;
-    plot.title = "Homes: a slot costs rounds instead of losses (Mk2, 40 x 36 tiles)";
-    plot.x = {.label = "slots", .scale = PlotScale::logarithmic};
-    plot.y = {.label = "modelled ms a frame; nothing is missing", .scale = PlotScale::logarithmic};
-    std::uint32_t colour = 1;
-    for (auto const& map : maps_of(rows)) {
-        for (bool const of_held : {true, false}) {
-            auto const all = sweep_of(rows, map, of_held);
-            if (all.empty()) continue;
-            tilemesh::report::PlotSeries series{.name = map + (of_held ? ", held (K)" : ", a channel"), .points = {}, .colour = colour};
-            series.dashed = !of_held;
-            for (auto const* r : all) series.points.emplace_back(of_held ? r->held : r->slots, modelled_ms(*r));
-            plot.series.push_back(series);
-        }
-        ++colour;
-    }
-    return plot;
 }
 
 } // namespace
@@ -244,55 +204,26 @@ std::vector<std::string> findings(std::vector<Row> const& rows)
     return out;
 }
 
-void write_readme(std::filesystem::path const& folder, std::vector<Row> const& rows, bool complete)
+void write_plot(std::filesystem::path const& folder, std::vector<Row> const& rows)
 {
-    auto const own = where(rows, [](Row const& r) { return !r.sweep && r.program == Program::homes; });
-    std::string text = "# What does a complete picture cost?\n";
-    text += wrapped("A tile of the anchored program stores the records and copies that touch its pixels. Where a map is too dense, they do not fit, and the "
-                    "picture lacks them. The program of homes ([splat/homes](../../include/tilemesh/splat/homes/program.hpp)) renders any map: a record "
-                    "lives on a home tile, and a tile takes the splats that it needs nearest first, in as many rounds as it needs. This bench measures "
-                    "both, and the paper's setup, on one machine: Mk2, 638,976 bytes a tile, 40 x 36 tiles, 1280 x 720. The bench writes this file.",
-                    "");
-    text += "```sh\n"
-            "build/test/bench/any_map --data DIR --csv any_map.csv --write bench/any_map\n"
-            "build/test/bench/any_map --quick                       # no data, seconds\n"
-            "build/test/bench/any_map --data DIR --picture bench/any_map/any_map.png   # the picture of the first page\n"
-            "```\n";
-    text += wrapped("All times in this file are modelled with `mk2()` ([traces and models](../../include/tilemesh/model/README.md)); no machine has "
-                    "confirmed them. Counts are exact. The CSV also has host times, which belong to the host. Each picture from which nothing is missing "
-                    "was compared with the naive whole-frame loop, with `precise` arithmetic, bit for bit.",
-                    "");
-    if (!complete) text += "\n**A check failed in this run.**\n";
-    text += "\n## Findings\n";
-    for (auto const& sentence : findings(rows)) text += wrapped("- " + sentence, "  ");
-    if (!own.empty())
-        text += "\n" + wrapped("## Views\n", "") +
-                wrapped("The program of homes holds K = " + thousands(own.front()->held) + " splats a tile and has " + thousands(own.front()->slots) +
-                            " slots a channel: " + thousands(own.front()->sram_bytes) +
-                            " bytes a tile. \"Anchored\" is the preset `lossless`, \"paper\" the preset `paper`. \"Whole\" is the scene's own camera, as a cold "
-                            "start. \"On\" and \"teleport\" are the second frame, after the whole view, or after the one that the name begins with. \"Inside\" "
-                            "stands in the middle of the map. `fr1_xyz` and `fr2_desk` are frame " + std::to_string(motion_frames) + " of recorded motions of a "
-                            "hand-held camera at 31 frames a second, which begin at the whole view. \"Entries\" are splats that arrive at a tile, or copies of the anchored program. A missing "
-                            "record counts once, with all its copies. PSNR is against the exact picture; the paper's setup has other footprints and pixels, so "
-                            "its pictures differ also where nothing is missing.",
-                        "") +
-                "\n" +
-                wrapped("\"One cut\" are slices of depth: the program of homes, unfolded, in which all tiles have one window at a time. It ends at the first "
-                        "splat for which a tile that wants it has no room. The bench counts to find this splat, and gives the cut to all tiles between two "
-                        "rounds. All that the tiles then do is measured as for the other columns. A machine would also need a reduction over the grid for each "
-                        "cut; it is not in the times.",
-                        "");
-    text += "\n" + view_table(rows) + "\n## Modelled milliseconds by step\n";
-    text += wrapped("The steps of the program of homes. A column has compute, exchange, sync and votes.", "") + "\n" + step_table(rows);
-    auto const swept = where(rows, [](Row const& r) { return r.sweep; });
-    if (!swept.empty()) {
-        text += "\n## Slots\n" + wrapped("The view is \"" + swept.front()->view + "\". K changes with the setup's channels, then the channels with the setup's K; a FIFO has as many "
-                                         "slots as a channel. \"Too many\" bytes are more than a tile of Mk2 has: these rows show what more SRAM would bring.",
-                                         "") +
-                "\n![Modelled milliseconds against slots](slots.svg)\n\n" + sweep_table(rows);
-        tilemesh::report::write_svg(folder / "slots.svg", slot_plot(rows));
+    using tilemesh::report::PlotScale;
+    tilemesh::report::Plot plot;
+    plot.title = "Homes: a slot costs rounds instead of losses (Mk2, 40 x 36 tiles)";
+    plot.x = {.label = "slots", .scale = PlotScale::logarithmic};
+    plot.y = {.label = "modelled ms a frame; nothing is missing", .scale = PlotScale::logarithmic};
+    std::uint32_t colour = 1;
+    for (auto const& map : maps_of(rows)) {
+        for (bool const of_held : {true, false}) {
+            auto const all = sweep_of(rows, map, of_held);
+            if (all.empty()) continue;
+            tilemesh::report::PlotSeries series{.name = map + (of_held ? ", held (K)" : ", a channel"), .points = {}, .colour = colour};
+            series.dashed = !of_held;
+            for (auto const* r : all) series.points.emplace_back(of_held ? r->held : r->slots, modelled_ms(*r));
+            plot.series.push_back(series);
+        }
+        ++colour;
     }
-    tilemesh::report::write_whole(folder / "README.md", text);
+    tilemesh::report::write_svg(folder / "slots.svg", plot);
 }
 
 } // namespace any_map

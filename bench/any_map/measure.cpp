@@ -1,13 +1,11 @@
-#include "measure.hpp"
+#include "any_map.hpp"
 #include <common/homes_machine.hpp>
 #include <common/machine.hpp>
-#include <cstring>
+#include <common/pictures.hpp>
 #include <iostream>
-#include <limits>
 #include <optional>
 #include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/splat/setup_types.hpp>
@@ -19,12 +17,6 @@ namespace {
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 using tilemesh::report::Image;
-
-tilemesh::CostModel const& cost_model()
-{
-    static tilemesh::CostModel const model = tilemesh::mk2();
-    return model;
-}
 
 /// A view: the frames that lead to it, and itself last.
 struct View {
@@ -59,11 +51,6 @@ std::vector<View> views_of(bench::Scene const& s, Options const& options)
     return views;
 }
 
-bool same_bits(Image const& a, Image const& b)
-{
-    return a.rgb.size() == b.rgb.size() && std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
-}
-
 Part part_of(std::string const& kernel)
 {
     struct {
@@ -78,16 +65,10 @@ Part part_of(std::string const& kernel)
     throw tilemesh::Error("kernel " + kernel + " has no column (this bench does not know it); give it one in measure.cpp");
 }
 
-/// The paper's grid. The small picture has a small one, so that its tiles have several blocks, too.
-tilemesh::Grid grid_of(Options const& options)
-{
-    return options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36};
-}
-
 class Measurement {
 public:
     Measurement(bench::Scene const& s, Options const& options, std::vector<Row>& rows, std::vector<std::string>& broken)
-        : scene_(s), options_(options), grid_(grid_of(options)), rows_(rows), broken_(broken), views_(views_of(s, options)),
+        : scene_(s), options_(options), grid_(options.quick ? tilemesh::Grid{10, 9} : tilemesh::Grid{40, 36}), rows_(rows), broken_(broken), views_(views_of(s, options)),
           pictures_(views_.size())
     {}
 
@@ -152,14 +133,13 @@ private:
         row.exchanges = r.exchanges.total();
         row.hops = r.hops;
         row.host_ms = r.host_ms.total - r.host_ms.picture;
-        auto const cost = tilemesh::model_cost(cost_model(), trace, grid_);
+        auto const cost = tilemesh::model_cost(bench::mk2_model(), trace, grid_);
         for (auto const& s : cost.supersteps) row.cycles[static_cast<std::uint32_t>(part_of(trace.kernels[s.step]))] += s.total();
-        bool const same = same_bits(image, exact(view));
         row.cycles[static_cast<std::uint32_t>(Part::host_link)] =
-            (row.streamed_bytes * tilemesh::price_of(cost_model(), tilemesh::host_byte) + 999) / 1000;
-        row.psnr_db = same ? std::numeric_limits<double>::infinity() : tilemesh::report::compare(image, exact(view)).psnr_db;
+            (row.streamed_bytes * tilemesh::price_of(bench::mk2_model(), tilemesh::host_byte) + 999) / 1000;
+        row.psnr_db = bench::psnr(image, exact(view));
         row.fits = row.sram_bytes <= tilemesh::Mk2::sram_bytes;
-        if (row.missing == 0 && row.program != Program::paper && !same)
+        if (row.missing == 0 && row.program != Program::paper && !std::isinf(row.psnr_db))
             complain(row, "nothing is missing and the picture is not the naive one");
         std::cerr << row.map << ", " << row.view << ", " << to_string(row.program) << ", K = " << row.held << ", " << row.slots << " slots\n";
     }
@@ -204,7 +184,7 @@ private:
 
     bench::Scene const& scene_;
     Options const& options_;
-    tilemesh::Grid grid_;
+    tilemesh::Grid grid_; ///< the paper's; the small picture has a small one, so that its tiles have several blocks, too
     std::vector<Row>& rows_;
     std::vector<std::string>& broken_;
     std::vector<View> views_;
@@ -215,16 +195,7 @@ private:
 
 double milliseconds(std::uint64_t cycles)
 {
-    return tilemesh::milliseconds(cost_model(), cycles);
-}
-
-bool has(std::string const& name, Options const& options)
-{
-    return bench::has_scene(name, options.data);
-}
-bench::Scene load(std::string const& name, Options const& options)
-{
-    return bench::load_scene(name, options.data, options.quick ? scene::Size{320, 180} : scene::Size{1280, 720});
+    return tilemesh::milliseconds(bench::mk2_model(), cycles);
 }
 
 void measure(bench::Scene const& s, Options const& options, bool sweeps, std::vector<Row>& rows, std::vector<std::string>& broken)

@@ -1,8 +1,8 @@
-#include "picture.hpp"
+#include "any_map.hpp"
 #include <algorithm>
 #include <common/homes_machine.hpp>
 #include <common/machine.hpp>
-#include <common/scenes.hpp>
+#include <common/pictures.hpp>
 #include <iostream>
 #include <shared/png.hpp>
 #include <tilemesh/error.hpp>
@@ -16,13 +16,14 @@ namespace any_map {
 namespace {
 
 /// The part of the frame that shows the seams, and how many pixels of the picture one of its pixels takes along each axis.
-constexpr std::uint32_t left = 280, top = 190, width = 200, height = 90, times = 3, gap = 8;
+constexpr std::uint32_t left = 280, top = 190, width = 200, height = 90, times = 3;
 
-void put(tilemesh::report::Image const& from, tilemesh::report::Image& to, std::uint32_t x)
+tilemesh::report::Image enlarged(tilemesh::report::Image const& from)
 {
-    for (std::uint32_t j = 0; j < times * height; ++j)
-        for (std::uint32_t i = 0; i < times * width; ++i)
-            std::copy_n(from.pixel(left + i / times, top + j / times), 3, to.pixel(x + i, j));
+    tilemesh::report::Image to(times * width, times * height);
+    for (std::uint32_t j = 0; j < to.height; ++j)
+        for (std::uint32_t i = 0; i < to.width; ++i) std::copy_n(from.pixel(left + i / times, top + j / times), 3, to.pixel(i, j));
+    return to;
 }
 
 } // namespace
@@ -41,11 +42,7 @@ void write_picture(Options const& options)
         anchored->render(camera);
         homes->render(camera);
     }
-    tilemesh::report::Image picture(2 * times * width + gap, times * height);
-    std::fill(picture.rgb.begin(), picture.rgb.end(), 1.0f);
-    put(anchored->image(), picture, 0);
-    put(homes->image(), picture, times * width + gap);
-    shared::write_png(options.picture, picture);
+    shared::write_png(options.picture, bench::side_by_side({enlarged(anchored->image()), enlarged(homes->image())}));
     using tilemesh::report::thousands;
     std::cout << "wrote " << options.picture.string() << ": left anchored, which lacks " << thousands(anchored->report().lost.size())
               << " records and copies; right homes, in " << thousands(homes->report().homes.rounds) << " rounds\n";

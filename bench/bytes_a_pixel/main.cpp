@@ -3,15 +3,12 @@
 #include <cmath>
 #include <common/compact.hpp>
 #include <common/machine.hpp>
+#include <common/pictures.hpp>
 #include <common/program.hpp>
 #include <common/scenes.hpp>
-#include <common/statistics.hpp>
 #include <filesystem>
 #include <iostream>
-#include <limits>
-#include <sstream>
 #include <tilemesh/render/renderer_options.hpp>
-#include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/plot.hpp>
 #include <tilemesh/report/table.hpp>
@@ -24,15 +21,16 @@ namespace {
 namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 namespace render = tilemesh::render;
+using bench::db;
 using bench::fixed;
-using tilemesh::report::Image;
+using bench::Image;
+using bench::psnr;
 using tilemesh::report::thousands;
 
 struct Options : bench::Options {
-    std::filesystem::path write; ///< the folder of README.md and its plot; empty: not written
+    std::filesystem::path write; ///< the folder of curve.svg; empty: not written
 };
-constexpr shared::Option<Options> options_of_it[] = {
-    shared::option<&Options::write>("write", "DIR", "write README.md and its plot into this folder")};
+constexpr shared::Option<Options> options_of_it[] = {shared::option<&Options::write>("write", "DIR", "write the plot curve.svg into this folder")};
 shared::OptionTable table_of(Options& own)
 {
     return bench::table_of({"bytes_a_pixel",
@@ -44,18 +42,14 @@ shared::OptionTable table_of(Options& own)
 struct Row {
     std::string map;
     std::uint32_t budget = 0, record_bytes = 60;
-    std::uint64_t bytes = 0;         ///< of a tile, without code
+    std::uint64_t bytes = 0; ///< of a tile, without code
     std::uint32_t storage = 0, channel = 0;
-    std::uint64_t gaussians = 0;     ///< of the shrunk map
+    std::uint64_t gaussians = 0;       ///< of the shrunk map
     double shrunk_db = 0, psnr_db = 0; ///< the error of the shrunk map alone; and of the picture
     std::uint64_t missing = 0, exchanges = 0;
 };
 constexpr std::uint32_t side = 256, tiles = 64, tile_pixels = side * side / tiles;
 
-double psnr(Image const& image, Image const& exact)
-{
-    return image.rgb == exact.rgb ? std::numeric_limits<double>::infinity() : tilemesh::report::compare(image, exact).psnr_db;
-}
 /// The n Gaussians that are largest: opacity times the product of their two larger axes.
 scene::Map shrunk(scene::Map map, std::uint64_t n)
 {
@@ -68,14 +62,13 @@ scene::Map shrunk(scene::Map map, std::uint64_t n)
     map.gaussians.resize(n);
     return map;
 }
-scene::Map packed(scene::Map map, std::uint32_t bytes)
+/// The map as it is after its records were packed into 16 bytes.
+scene::Map packed(scene::Map map)
 {
     auto const box = splat::CompactBox::of(map.gaussians.data(), static_cast<std::uint32_t>(map.gaussians.size()));
     for (auto& g : map.gaussians) {
         splat::Compact16 quarter;
-        if (bytes != 16) continue;
-        if (!try_pack(g, box, quarter))
-            throw tilemesh::Error("a Gaussian of " + map.name + " has no place in 16 bytes; choose another map");
+        if (!try_pack(g, box, quarter)) throw tilemesh::Error("a Gaussian of " + map.name + " has no place in 16 bytes; choose another map");
         g = unpacked(quarter, box);
     }
     return map;
@@ -109,7 +102,7 @@ Row measure(bench::Scene const& scene, Image const& exact, std::uint32_t budget,
     row.gaussians = map.gaussians.size();
     splat::Rules const rules = setup.rules;
     row.shrunk_db = psnr(tilemesh::report::render_naive(map.gaussians, scene.camera, rules), exact);
-    auto const machine = bench::make_traced_machine(packed(map, record_bytes), setup, {.grid = {8, 8}, .keep_pixels = false});
+    auto const machine = bench::make_machine(record_bytes == 16 ? packed(map) : map, setup, {.grid = {8, 8}, .keep_pixels = false});
     machine->render(scene.camera);
     row.psnr_db = psnr(machine->image(), exact);
     row.missing = machine->report().lost.size();
@@ -117,22 +110,10 @@ Row measure(bench::Scene const& scene, Image const& exact, std::uint32_t budget,
     return row;
 }
 
-std::string db(double value) { return std::isinf(value) ? "exact" : fixed(value, 1); }
-std::string table(std::vector<Row> const& rows)
+void write_plot(std::filesystem::path const& folder, std::vector<Row> const& rows)
 {
-    std::string text = "| map | bytes a pixel | record, bytes | slots | channel | Gaussians | shrunk map, dB | picture, dB "
-                       "| missing | exchanges |\n"
-                       "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
-    for (auto const& r : rows)
-        text += "| " + r.map + " | " + fixed(static_cast<double>(r.bytes) / tile_pixels, 1) + " | " + thousands(r.record_bytes) + " | " +
-                thousands(r.storage) + " | " + thousands(r.channel) + " | " + thousands(r.gaussians) + " | " + db(r.shrunk_db) + " | " +
-                db(r.psnr_db) + " | " + thousands(r.missing) + " | " + thousands(r.exchanges) + " |\n";
-    return text;
-}
-void write_readme(std::filesystem::path const& folder, std::vector<Row> const& rows)
-{
-    tilemesh::report::Plot plot{"256 x 256 pixels, 8 x 8 tiles, LargestFirst", {"bytes a pixel", tilemesh::report::PlotScale::logarithmic},
-                                {"PSNR, dB"}, {}, "exact"};
+    tilemesh::report::Plot plot{
+        "256 x 256 pixels, 8 x 8 tiles, LargestFirst", {"bytes a pixel", tilemesh::report::PlotScale::logarithmic}, {"PSNR, dB"}, {}, "exact"};
     for (auto const& r : rows) {
         auto const name = r.map + ", " + std::to_string(r.record_bytes) + " bytes";
         if (plot.series.empty() || plot.series.back().name != name)
@@ -140,32 +121,13 @@ void write_readme(std::filesystem::path const& folder, std::vector<Row> const& r
         plot.series.back().points.emplace_back(static_cast<double>(r.bytes) / tile_pixels, r.psnr_db);
     }
     tilemesh::report::write_svg(folder / "curve.svg", plot);
-    tilemesh::report::write_whole(
-        folder / "README.md",
-        "# How few bytes a pixel hold a picture?\n"
-        "The paper ends with this question: its tiles have hundreds of bytes for each of their pixels, and a pixel processor\n"
-        "array has a few. This bench renders 256 x 256 pixels on 8 x 8 tiles and takes SRAM away: storage, channels, then the\n"
-        "map. The bench writes this file.\n"
-        "```sh\n"
-        "build/test/bench/bytes_a_pixel --data DIR --csv bytes.csv --write bench/bytes_a_pixel\n"
-        "```\n"
-        "![PSNR against bytes a pixel](curve.svg)\n\n"
-        "- The bytes are a tile's ledger without code, over its 1,024 pixels: framebuffer, records with their lists, channels.\n"
-        "  Below 48 bytes a pixel the framebuffer has 8 bits a channel. A channel end has one slot for 16 bytes a pixel.\n"
-        "- Records are ranked ([`LargestFirst<Hold>`](../../include/tilemesh/splat/contribution.hpp)). Records of 16 bytes are a\n"
-        "  bound, as in [policies](../policies/README.md).\n"
-        "- A map that has more Gaussians than the tiles have slots is shrunk to the largest ones. \"Shrunk map\" is the error of\n"
-        "  that alone, rendered exactly; \"picture\" is that of the machine.\n"
-        "- A slot's lists (mark, projected record, sort key) take 76 bytes beside the record: they bound what packing gives.\n"
-        "- Anchor: Mk2 has 638,976 bytes a tile, which are 998 bytes a pixel of 1280 x 720 on 1,440 tiles (code included).\n\n" +
-            table(rows));
 }
 int run(Options const& options)
 {
     bench::expect_folder_of(options.csv);
-    if (!options.write.empty()) bench::expect_folder_of(options.write / "README.md");
+    if (!options.write.empty()) bench::expect_folder_of(options.write / "curve.svg");
     std::vector<Row> rows;
-    bool broken = false;
+    std::vector<std::string> broken;
     for (std::string const name : {"sloth", "salad", "built_in"}) {
         if ((options.quick && name != "built_in") || !bench::has_scene(name, options.data)) continue;
         auto const scene = bench::load_scene(name, options.data, {side, side});
@@ -180,21 +142,26 @@ int run(Options const& options)
                 rows.push_back(measure(scene, exact, budget, record));
                 auto const& r = rows.back();
                 bool const whole = r.missing == 0 && r.gaussians == scene.map.gaussians.size() && record == 60 && budget >= 48;
-                if ((whole && !std::isinf(r.psnr_db)) || r.bytes > std::uint64_t{budget} * tile_pixels) {
-                    std::cout << "BROKEN: " << name << ", " << budget << " bytes a pixel: not exact, or too large\n";
-                    broken = true;
-                }
+                if ((whole && !std::isinf(r.psnr_db)) || r.bytes > std::uint64_t{budget} * tile_pixels)
+                    broken.push_back(name + ", " + std::to_string(budget) + " bytes a pixel: not exact, or too large");
             }
     }
-    std::cout << table(rows) << (broken ? "" : "All that must hold does.\n");
-    std::ostringstream csv;
-    csv << "map,budget,record_bytes,tile_bytes,storage,channel,gaussians,shrunk_db,psnr_db,missing,exchanges\n";
-    for (auto const& r : rows)
-        csv << r.map << ',' << r.budget << ',' << r.record_bytes << ',' << r.bytes << ',' << r.storage << ',' << r.channel << ','
-            << r.gaussians << ',' << db(r.shrunk_db) << ',' << db(r.psnr_db) << ',' << r.missing << ',' << r.exchanges << '\n';
-    if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv.str());
-    if (!options.write.empty()) write_readme(options.write, rows);
-    return broken ? 1 : 0;
+    tilemesh::report::Table table{
+        {"map", "bytes a pixel", "record, bytes", "slots", "channel", "Gaussians", "shrunk map, dB", "picture, dB", "missing", "exchanges"}};
+    std::string csv = "map,budget,record_bytes,tile_bytes,storage,channel,gaussians,shrunk_db,psnr_db,missing,exchanges\n";
+    for (auto const& r : rows) {
+        table.add_row({r.map, fixed(static_cast<double>(r.bytes) / tile_pixels, 1), std::to_string(r.record_bytes), thousands(r.storage),
+                       thousands(r.channel), thousands(r.gaussians), db(r.shrunk_db), db(r.psnr_db), thousands(r.missing), thousands(r.exchanges)});
+        csv += r.map;
+        for (std::uint64_t const n :
+             {std::uint64_t{r.budget}, std::uint64_t{r.record_bytes}, r.bytes, std::uint64_t{r.storage}, std::uint64_t{r.channel}, r.gaussians})
+            csv += "," + std::to_string(n);
+        csv += "," + db(r.shrunk_db) + "," + db(r.psnr_db) + "," + std::to_string(r.missing) + "," + std::to_string(r.exchanges) + "\n";
+    }
+    std::cout << table;
+    if (!options.csv.empty()) tilemesh::report::write_whole(options.csv, csv);
+    if (!options.write.empty()) write_plot(options.write, rows);
+    return bench::verdict(broken);
 }
 
 } // namespace

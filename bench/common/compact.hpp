@@ -5,8 +5,8 @@
 #include <type_traits>
 
 /// Records of 32 and of 16 bytes, for storage and messages: half the bytes of `Gaussian`, or a quarter. A tile computes with floats after
-/// unpacking. `try_pack` refuses what it cannot represent; all else is rounded, as far as each member says. It is a lossy form, and no
-/// setup of the library stores it: bench/policies has programs that do (packed_record.hpp).
+/// unpacking. `try_pack` refuses what it cannot represent; all else is rounded, as far as each member says. It is a lossy form. No
+/// setup of the library stores it; those of packed_record.hpp do.
 TILEMESH_EXACT_BEGIN
 namespace tilemesh { inline namespace v0_2 { namespace splat {
 

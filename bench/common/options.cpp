@@ -1,6 +1,8 @@
 #include "options.hpp"
 #include "../../examples/shared/text.hpp"
 #include <cstdlib>
+#include <iostream>
+#include <system_error>
 #include <tilemesh/error.hpp>
 
 namespace bench {
@@ -43,6 +45,27 @@ void expect_folder_of(std::filesystem::path const& file)
     if (!file.empty() && file.has_parent_path() && !std::filesystem::is_directory(file.parent_path()))
         throw Error("cannot write " + file.string() + " (its folder is not there); make the folder, or name another file");
     if (std::filesystem::is_directory(file)) throw Error("cannot write " + file.string() + " (it is a folder); name a file");
+}
+
+void make_folder(std::filesystem::path const& folder, char const* option)
+{
+    if (folder.empty()) return;
+    std::error_code why;
+    std::filesystem::create_directories(folder, why);
+    if (!std::filesystem::is_directory(folder))
+        throw Error("cannot make the folder " + folder.string() + " (" + why.message() + "); name another with " + option);
+}
+
+void say_skipped(std::string const& name, char const* what)
+{
+    std::cout << "skipped: " << name << " (its " << what << " is not there; name its folder with --data)\n";
+}
+
+int verdict(std::vector<std::string> const& broken, char const* all_hold)
+{
+    for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
+    if (broken.empty() && *all_hold != '\0') std::cout << all_hold << "\n";
+    return broken.empty() ? 0 : 1;
 }
 
 } // namespace bench

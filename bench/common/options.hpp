@@ -51,5 +51,12 @@ inline bool chosen(std::vector<std::string> const& names, std::string const& nam
 
 /// Throws Error if a file's folder does not exist, or if the file is a folder. A bench should notice this before it measures for minutes.
 void expect_folder_of(std::filesystem::path const& file);
+/// Makes the folder that `option` names; nothing for an empty name. Throws Error if it cannot.
+void make_folder(std::filesystem::path const& folder, char const* option);
+
+/// Says that a scene (or a scene with a motion) is left out, because there is no such file.
+void say_skipped(std::string const& name, char const* what = "map");
+/// Prints a line for each check that fails, or `all_hold` if none does. Returns the exit status.
+int verdict(std::vector<std::string> const& broken, char const* all_hold = "All that must hold does.");
 
 } // namespace bench

@@ -1,9 +1,8 @@
 #include "machine.hpp"
 #include "with_knobs.hpp"
 #include <common/homes_machine.hpp>
+#include <common/machine.hpp>
 #include <algorithm>
-#include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/cost_parameters.hpp>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/basic_renderer.hpp>
 
@@ -56,11 +55,7 @@ public:
     void render(splat::Camera const& camera) override { renderer_.render_into(camera, frame_); }
     report::Image const& image() const override { return frame_.image; }
     report::FrameReport const& counters() const override { return frame_.report; }
-    double modelled_ms() override
-    {
-        static tilemesh::CostModel const model = tilemesh::mk2();
-        return tilemesh::milliseconds(model, tilemesh::model_cost(model, renderer_.trace(), renderer_.mesh().grid()).cycles);
-    }
+    double modelled_ms() override { return bench::modelled_ms(renderer_.trace(), renderer_.mesh().grid()); }
     double host_ms() const override // without the list of losses, which belongs to the report
     {
         auto const& ms = frame_.report.host_ms;
@@ -95,11 +90,7 @@ public:
     void render(splat::Camera const& camera) override { machine_->render(camera); }
     report::Image const& image() const override { return machine_->image(); }
     report::FrameReport const& counters() const override { return machine_->report(); }
-    double modelled_ms() override
-    {
-        static tilemesh::CostModel const model = tilemesh::mk2();
-        return tilemesh::milliseconds(model, tilemesh::model_cost(model, machine_->trace(), machine_->setting().grid).cycles);
-    }
+    double modelled_ms() override { return bench::modelled_ms(machine_->trace(), machine_->setting().grid); }
     double host_ms() const override
     {
         auto const& ms = counters().host_ms;

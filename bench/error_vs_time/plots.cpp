@@ -1,5 +1,4 @@
-#include "plots.hpp"
-#include "front.hpp"
+#include "findings.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

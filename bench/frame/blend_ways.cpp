@@ -1,4 +1,4 @@
-#include "blend_ways.hpp"
+#include "frame.hpp"
 
 namespace frame {
 

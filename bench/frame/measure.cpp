@@ -1,14 +1,13 @@
-#include "measure.hpp"
-#include "blend_ways.hpp"
+#include "frame.hpp"
 #include <algorithm>
 #include <cmath>
-#include <common/direct.hpp>
 #include <common/fma_peak.hpp>
+#include <common/machine.hpp>
 #include <common/statistics.hpp>
-#include <cstring>
 #include <memory>
 #include <numeric>
 #include <thread>
+#include <tilemesh/renderer.hpp>
 #include <tilemesh/report/error_measures.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
@@ -19,7 +18,52 @@ namespace {
 
 namespace splat = tilemesh::splat;
 
-using tilemesh::report::Image;
+using bench::Machine;
+
+/// The stop of every machine here, and of the rasteriser: that of 3D Gaussian Splatting, so that other programs can be compared with this
+/// bench's results.
+constexpr float stop_of_3dgs = 1e-4f;
+
+/// The preset lossless with that stop.
+enum class Kind {
+    paper, ///< on Mk2, 40 x 36 tiles
+    large, ///< on a test machine with storage for a twelfth of the map on each of 40 x 36 tiles
+    wide   ///< on 400 x 250 tiles, of which the frame occupies 40 x 36
+};
+
+/// Do tiles whose splats and view did not change keep their pixels?
+enum class Pixels { composited, kept };
+
+std::unique_ptr<Machine> make_machine(Kind kind, Pixels pixels, tilemesh::scene::Map const& map, splat::Arithmetic arithmetic, std::uint32_t threads,
+                                      splat::Camera const& camera)
+{
+    auto setup = splat::setup_of<splat::Lossless>();
+    setup.rules.transmittance_min = stop_of_3dgs;
+    setup.rules.arithmetic = arithmetic;
+    tilemesh::RendererOptions options{.threads = threads, .keep_pixels = pixels == Pixels::kept};
+    if (kind == Kind::large) {
+        setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
+        // An object capture has most of its records, and their copies, on a few tiles.
+        setup.sizes.storage = std::max(20'000u, static_cast<std::uint32_t>(map.gaussians.size() / 12));
+    }
+    if (kind == Kind::wide) {
+        auto const part = [](std::uint32_t size, std::uint32_t tiles) { return (size + tiles - 1) / tiles; };
+        setup.machine = tilemesh::size_of_machine<tilemesh::TestMachine<tilemesh::Mk2::sram_bytes, 100'000>>();
+        options.grid = {400, 250};
+        options.tile = {part(camera.width, 40), part(camera.height, 36)};
+    }
+    return bench::make_machine(map, setup, options);
+}
+
+/// The program of homes on Mk2, with that stop.
+std::unique_ptr<tilemesh::Renderer> make_homes(tilemesh::scene::Map const& map, splat::Arithmetic arithmetic, std::uint32_t threads)
+{
+    auto choice = splat::homes_setup;
+    choice.fit = true;
+    choice.rules.transmittance_min = stop_of_3dgs;
+    choice.rules.arithmetic = arithmetic;
+    return std::make_unique<tilemesh::Renderer>(map, choice, tilemesh::RendererOptions{.threads = threads});
+}
 
 /// The operations of one evaluated pair: additions, compares, minima and roundings count 1, an FMA counts 2.
 constexpr double operations_per_pair = 21;
@@ -36,7 +80,7 @@ struct Contest {
     };
     std::vector<Entry> entries;
     std::unique_ptr<tilemesh::Renderer> homes; ///< in a moving view
-    std::unique_ptr<Machine> kept; ///< in a static view: the first entry's machine, whose tiles keep their pixels
+    std::unique_ptr<Machine> kept;             ///< in a static view: the first entry's machine, whose tiles keep their pixels
 };
 
 /// The default model with the stop of 3D Gaussian Splatting.
@@ -67,8 +111,7 @@ std::uint32_t rounds_of(Options const& options, tilemesh::scene::Map const& map)
 }
 
 /// One round of one contest. `measured`: false while the machine warms up.
-void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const& rules, bool measured,
-               std::vector<std::string>& broken)
+void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const& rules, bool measured, std::vector<std::string>& broken)
 {
     auto& direct = *contest.direct;
     auto const gflops = bench::FmaPeak::gflops(*contest.team);
@@ -82,8 +125,8 @@ void run_round(Contest& contest, splat::Camera const& camera, splat::Rules const
         auto const& r = machine->report();
         if (!direct.equals(machine->image())) broken.push_back("the mesh's picture is not the rasteriser's");
         if (r.pairs_contributing != direct.pairs_contributing())
-            broken.push_back("the mesh counts " + std::to_string(r.pairs_contributing) +
-                             " contributing pairs, the rasteriser " + std::to_string(direct.pairs_contributing()));
+            broken.push_back("the mesh counts " + std::to_string(r.pairs_contributing) + " contributing pairs, the rasteriser " +
+                             std::to_string(direct.pairs_contributing()));
         if (!measured) continue;
         auto const mesh = r.host_ms.total - r.host_ms.picture;
         auto const pairs = static_cast<double>(direct.pairs());
@@ -155,8 +198,7 @@ double mean(Samples const& s)
 
 } // namespace
 
-std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, Options const& options,
-                         std::vector<std::string>& broken)
+std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, Options const& options, std::vector<std::string>& broken)
 {
     auto const rounds = rounds_of(options, scene.map);
     std::uint32_t const warm_up = options.quick ? 1 : 3;
@@ -164,8 +206,7 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     auto const rules = rules_of(options);
     std::vector<Contest> contests;
     for (auto const threads : options.threads) {
-        Contest c{
-            threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}, {}};
+        Contest c{threads, std::make_unique<bench::Team>(threads), std::make_unique<bench::Direct>(scene.map.gaussians), {}, {}, {}};
         auto const machine = [&](Kind kind, Pixels pixels) {
             return make_machine(kind, pixels, scene.map, options.arithmetic, threads, scene.camera);
         };
@@ -190,8 +231,8 @@ std::vector<Row> measure(bench::Scene const& scene, std::string const& motion, O
     std::size_t round = 0;
     for (; round < cameras.size(); ++round)
         for (auto& c : contests) run_round(c, cameras[round], rules, round > warm_up, found);
-    if (options.arithmetic == splat::Arithmetic::precise && !contests.front().direct->equals(tilemesh::report::render_naive(
-                                                                scene.map.gaussians, cameras.back(), rules_with_stop())))
+    if (options.arithmetic == splat::Arithmetic::precise &&
+        !contests.front().direct->equals(tilemesh::report::render_naive(scene.map.gaussians, cameras.back(), rules_with_stop())))
         found.push_back("the last picture is not the naive one");
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -224,9 +265,8 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
         rows.back().threads = threads;
     }
     auto const rules = rules_with_stop();
-    auto const reference =
-        tilemesh::report::render_double(scene.map.gaussians, scene.camera, rules, tilemesh::report::Cuts::same,
-                                        std::max(1u, std::thread::hardware_concurrency()));
+    auto const reference = tilemesh::report::render_double(scene.map.gaussians, scene.camera, rules, tilemesh::report::Cuts::same,
+                                                           std::max(1u, std::thread::hardware_concurrency()));
     bench::Direct direct(scene.map.gaussians);
     bench::Team team(threads);
     std::uint32_t const warm_up = options.quick ? 1 : 3, rounds = rounds_of(options, scene.map);
@@ -248,8 +288,7 @@ std::vector<ErrorRow> measure_arithmetics(bench::Scene const& scene, Options con
             }
         }
     for (auto& row : rows)
-        for (std::size_t k = 0; k < row.direct.size(); ++k)
-            row.over_first.push_back(row.direct[k] / rows.front().direct[k]);
+        for (std::size_t k = 0; k < row.direct.size(); ++k) row.over_first.push_back(row.direct[k] / rows.front().direct[k]);
     return rows;
 }
 
@@ -285,12 +324,9 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
         {"homes_ms", &Row::homes, 4},
         {"homes_over_direct", &Row::homes_over_direct, 4},
     };
-    auto const middle = [](Samples const& s, int places) {
-        return s.empty() ? std::string{} : bench::fixed(bench::median(s), places);
-    };
-    std::string out =
-        "scene,motion,threads,fma_gflops,direct_ms,mesh_ms,mesh_over_direct,direct_over_roofline,pairs_evaluated,"
-        "pairs_contributing,messages,exchanges,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
+    auto const middle = [](Samples const& s, int places) { return s.empty() ? std::string{} : bench::fixed(bench::median(s), places); };
+    std::string out = "scene,motion,threads,fma_gflops,direct_ms,mesh_ms,mesh_over_direct,direct_over_roofline,pairs_evaluated,"
+                      "pairs_contributing,messages,exchanges,grid,arithmetic,compiler,instructions,rounds,visible,entries,moved";
     for (std::size_t i = 0; i < std::size(banded); ++i) {
         std::string const name = banded[i].name;
         if (i >= 5) out += "," + name; // the first five come before the counters
@@ -300,22 +336,20 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
     for (auto const& r : rows) {
         out += r.scene + "," + r.motion + "," + std::to_string(r.threads);
         for (std::size_t i = 0; i < 5; ++i) out += "," + middle(r.*banded[i].samples, banded[i].places);
-        out += "," + bench::fixed(mean(r.pairs), 0) + "," + bench::fixed(mean(r.contributing), 0) + "," +
-               bench::fixed(mean(r.messages), 1) + "," + bench::fixed(mean(r.exchanges), 2) + "," + r.grid + "," +
-               to_string(arithmetic);
+        out += "," + bench::fixed(mean(r.pairs), 0) + "," + bench::fixed(mean(r.contributing), 0) + "," + bench::fixed(mean(r.messages), 1) + "," +
+               bench::fixed(mean(r.exchanges), 2) + "," + r.grid + "," + to_string(arithmetic);
 #if defined(__clang__)
         out += ",clang " + std::to_string(__clang_major__);
 #else
         out += ",gcc " + std::to_string(__GNUC__);
 #endif
-        out += std::string(",") + bench::FmaPeak::instructions + "," + std::to_string(r.direct.size()) + "," +
-               std::to_string(r.visible) + "," + std::to_string(r.entries) + "," + bench::fixed(mean(r.moved), 1);
+        out += std::string(",") + bench::FmaPeak::instructions + "," + std::to_string(r.direct.size()) + "," + std::to_string(r.visible) + "," +
+               std::to_string(r.entries) + "," + bench::fixed(mean(r.moved), 1);
         for (std::size_t i = 0; i < std::size(banded); ++i) {
             auto const& samples = r.*banded[i].samples;
             if (i >= 5) out += "," + middle(samples, banded[i].places);
             for (double const share : {0.2, 0.8})
-                out += "," +
-                       (samples.empty() ? std::string{} : bench::fixed(bench::quantile(samples, share), banded[i].places));
+                out += "," + (samples.empty() ? std::string{} : bench::fixed(bench::quantile(samples, share), banded[i].places));
         }
         out += "\n";
     }
@@ -324,16 +358,14 @@ std::string csv(std::vector<Row> const& rows, tilemesh::splat::Arithmetic arithm
 
 std::string csv(std::vector<ErrorRow> const& rows)
 {
-    std::string out =
-        "scene,exponential,stop,threads,direct_ms,direct_ms_low,direct_ms_high,over_first,rms,psnr_db,differing_bytes,"
-        "largest_byte\n";
+    std::string out = "scene,exponential,stop,threads,direct_ms,direct_ms_low,direct_ms_high,over_first,rms,psnr_db,differing_bytes,"
+                      "largest_byte\n";
     for (auto const& r : rows) {
         auto const rms = bench::scientific(r.rms, 3);
-        out += r.scene + "," + r.exponential + "," + r.stop + "," + std::to_string(r.threads) + "," +
-               bench::fixed(bench::median(r.direct), 4) + "," + bench::fixed(bench::quantile(r.direct, 0.2), 4) + "," +
-               bench::fixed(bench::quantile(r.direct, 0.8), 4) + "," + bench::fixed(bench::median(r.over_first), 4) + "," +
-               rms + "," + bench::fixed(r.psnr_db, 2) + "," + std::to_string(r.differing_bytes) + "," +
-               std::to_string(r.largest_byte) + "\n";
+        out += r.scene + "," + r.exponential + "," + r.stop + "," + std::to_string(r.threads) + "," + bench::fixed(bench::median(r.direct), 4) + "," +
+               bench::fixed(bench::quantile(r.direct, 0.2), 4) + "," + bench::fixed(bench::quantile(r.direct, 0.8), 4) + "," +
+               bench::fixed(bench::median(r.over_first), 4) + "," + rms + "," + bench::fixed(r.psnr_db, 2) + "," + std::to_string(r.differing_bytes) +
+               "," + std::to_string(r.largest_byte) + "\n";
     }
     return out;
 }

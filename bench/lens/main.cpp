@@ -121,7 +121,7 @@ int run(Options options)
     bool broken = false;
     for (auto const& name : options.scenes) {
         if (!bench::has_scene(name, options.data)) {
-            std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
+            bench::say_skipped(name);
             continue;
         }
         auto const scene = bench::load_scene(name, options.data, {640, 480});

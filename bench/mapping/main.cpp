@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <tilemesh/engine/mesh.hpp>
 #include <tilemesh/error.hpp>
@@ -25,12 +24,10 @@
 #include <tilemesh/report/whole_file.hpp>
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/demand.hpp>
 #include <tilemesh/scene/map_file.hpp>
 #include <tilemesh/scene/orbit.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
-#include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <utility>
 #include <vector>
@@ -42,7 +39,7 @@ using bench::fixed;
 using report::thousands;
 
 constexpr char const* scene_names[] = {"built_in", "sloth", "salad"};
-constexpr char const* table_names[] = {"psnr", "first", "times", "back", "mesh"};
+constexpr char const* table_names[] = {"psnr", "times", "mesh"};
 
 struct Options : bench::Options {
     std::vector<std::string> scenes, tables; ///< empty: all
@@ -62,10 +59,8 @@ constexpr auto all_tables = shared::words_of(table_names);
 constexpr shared::Option<Options> rows[] = {
     shared::words<&Options::tables>(
         "table", "NAME",
-        "psnr (PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off) | first (PSNR after 5, 10 and 20 steps, by "
-        "optimiser and rates) | times (ms of a picture and of a step at 640 x 480, by threads) | back (messages of the way back "
-        "and their distances, 1280 x 720 on 40 x 36 tiles) | mesh (a step as a program on the mesh: messages, supersteps, "
-        "modelled ms on Mk2); may be repeated [all]",
+        "psnr (PSNR by steps and optimiser: 8 views of 160 x 90, all parameters off) | times (ms of a picture and of a step at 640 x "
+        "480, by threads) | mesh (a step as a program on the mesh: messages, supersteps, modelled ms on Mk2); may be repeated [all]",
         all_tables),
     shared::words<&Options::scenes>("scene", "NAME", "{}; may be repeated [all]", all_scenes),
     shared::option<&Options::steps>("steps", "N", "steps of psnr [160]", {1, 100'000}),
@@ -99,15 +94,14 @@ std::vector<Scene> scenes_of(Options const& o)
         }
         auto const file = o.data / "maps" / (name + ".ply");
         if (o.data.empty() || !std::filesystem::exists(file)) {
-            std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
+            bench::say_skipped(name);
             continue;
         }
         auto const cameras = scene::select_cameras(scene::load_cameras(o.data / "cameras.json"), name + "/front", name);
         Scene s{name, scene::load_map(file), scene::resized(cameras.front().camera, 160, 90), {}};
-        auto const poses = scene::relative_to_first(scene::load_trajectory(o.data / "trajectories" / "fr1_xyz.tum"),
-                                                    scene::pose_of(s.camera));
-        for (std::size_t k = 0; k < poses.size() && s.path.size() < 16; k += 25) s.path.push_back(scene::make_camera(poses[k].pose,
-            scene::lens_of(s.camera)));
+        auto const poses = scene::relative_to_first(scene::load_trajectory(o.data / "trajectories" / "fr1_xyz.tum"), scene::pose_of(s.camera));
+        for (std::size_t k = 0; k < poses.size() && s.path.size() < 16; k += 25)
+            s.path.push_back(scene::make_camera(poses[k].pose, scene::lens_of(s.camera)));
         out.push_back(std::move(s));
     }
     return out;
@@ -171,9 +165,9 @@ double mean_psnr(Refiner& refiner, Views const& views, std::size_t first)
     for (std::size_t i = first; i < views.cameras.size(); i += 2, ++n) sum += refiner.measure(views.cameras[i], views.targets[i]).psnr_db();
     return sum / n;
 }
-Views views_of(Scene const& s)
+Views views_of(Scene const& s, std::vector<splat::Camera> cameras)
 {
-    Views views{s.path, {}};
+    Views views{std::move(cameras), {}};
     mapping::Refiner<> truth(s.map);
     for (auto const& c : views.cameras) {
         auto const seen = truth.render(c);
@@ -237,11 +231,11 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
 {
     std::cout << "\nPSNR in dB by steps, one view a step; means of 8 views of 160 x 90, and of 8 others that are held out\n\n"
               << "| map | optimiser | start | 8 | 40 | 80 | " << o.steps
-                  << " | held out, start | end | host ms a step |\n|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+              << " | held out, start | end | host ms a step |\n|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n";
     int status = 0;
     std::string csv = "scene,optimiser,start,at_8,at_40,at_80,end,held_out_start,held_out_end\n";
     for (auto const& s : scenes) {
-        auto const views = views_of(s);
+        auto const views = views_of(s, s.path);
         float const depth = median_depth(views.targets[0]);
         auto const start = spoilt(s.map, depth);
         double const by_kind = refine<splat::map::SecondMomentByKind>(o, s, views, start, depth, csv);
@@ -256,50 +250,18 @@ int psnr(Options const& o, std::vector<Scene> const& scenes)
     return status;
 }
 
-/// Rows of `first`: what few steps reach, at multiples of the usual rates.
-template <class Optimiser>
-void first_steps(Scene const& s, Views const& views, scene::Map const& start, float depth)
-{
-    for (float const by : {1.0f, 2.0f, 4.0f}) {
-        mapping::Refiner<Optimiser> refiner(start, options_for(1));
-        Deck deck(views.cameras.size());
-        std::cout << "| " << s.name << " | " << Optimiser::name << " | " << by << " | " << fixed(mean_psnr(refiner, views, 0), 2);
-        for (std::uint32_t i = 1; i <= 20; ++i) {
-            auto const view = deck.next();
-            refiner.step(views.cameras[view], views.targets[view], splat::map::usual_rates(depth) * by);
-            if (i == 5 || i == 10 || i == 20) std::cout << " | " << fixed(mean_psnr(refiner, views, 0), 2);
-        }
-        std::cout << " | " << fixed(mean_psnr(refiner, views, 1), 2) << " |\n";
-    }
-}
-void first(std::vector<Scene> const& scenes)
-{
-    std::cout << "\nPSNR in dB after few steps, with rates that do not fall; views as in psnr\n\n"
-                 "| map | optimiser | rates | start | 5 | 10 | 20 | held out, 20 |\n|---|---|--:|--:|--:|--:|--:|--:|\n";
-    for (auto const& s : scenes) {
-        auto const views = views_of(s);
-        float const depth = median_depth(views.targets[0]);
-        auto const start = spoilt(s.map, depth);
-        first_steps<splat::map::SecondMomentByKind>(s, views, start, depth);
-        first_steps<splat::map::Adam>(s, views, start, depth);
-    }
-}
-
 void times(Options const& o, std::vector<Scene> const& scenes)
 {
     std::cout << "\nHost ms at 640 x 480, medians of " << o.rounds
-        << " rounds: the picture with its loss (projection, sorting, first walk), and a step\n\n"
+              << " rounds: the picture with its loss (projection, sorting, first walk), and a step\n\n"
               << "| map | threads | picture | step | step - picture, over the picture |\n|---|--:|--:|--:|--:|\n";
     for (auto const& s : scenes) {
         auto const camera = scene::resized(s.camera, 640, 480);
-        mapping::Refiner<> truth(s.map);
-        auto const seen = truth.render(camera);
-        auto const target = mapping::make_target(seen.colour, seen.depth);
+        auto const target = std::move(views_of(s, {camera}).targets[0]);
         float const depth = median_depth(target);
         std::vector<std::unique_ptr<mapping::Refiner<>>> refiners;
         std::array<std::vector<double>, 2> picture, step;
-        for (std::uint32_t threads : {1u, 2u}) refiners.push_back(std::make_unique<mapping::Refiner<>>(spoilt(s.map, depth),
-            options_for(threads)));
+        for (std::uint32_t threads : {1u, 2u}) refiners.push_back(std::make_unique<mapping::Refiner<>>(spoilt(s.map, depth), options_for(threads)));
         bench::Stopwatch watch;
         for (std::uint32_t round = 0; round <= o.rounds; ++round)
             for (std::size_t i = 0; i < 2; ++i) {
@@ -312,49 +274,8 @@ void times(Options const& o, std::vector<Scene> const& scenes)
             }
         for (std::size_t i = 0; i < 2; ++i) {
             double const a = bench::median(picture[i]), b = bench::median(step[i]);
-            std::cout << "| " << s.name << " | " << i + 1 << " | " << fixed(a, 1) << " | " << fixed(b, 1) << " | "
-                << fixed((b - a) / a, 2) << " |\n";
+            std::cout << "| " << s.name << " | " << i + 1 << " | " << fixed(a, 1) << " | " << fixed(b, 1) << " | " << fixed((b - a) / a, 2) << " |\n";
         }
-    }
-}
-
-/// The way back on a mesh: a copy of a splat returns its sums to its parent in the tree of bloom, which adds its own. So each copy sends
-/// one message over one hop. Without merging, a copy's message goes all the way.
-void back(std::vector<Scene> const& scenes)
-{
-    std::cout << "\nThe way back, 1280 x 720 on 40 x 36 tiles of 32 x 20. A message is 44 bytes. Shares: copies within so many hops of\n"
-                 "their anchor\n\n"
-                 "| map | splats | copies = messages | MB | hops if not merged | within 1 | 2 | 4 | 8 | farthest | fullest tile |\n"
-                 "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
-    for (auto const& s : scenes) {
-        auto const camera = scene::resized(s.camera, 1280, 720);
-        auto const view = splat::make_view(camera, mapping::refining_rules());
-        auto const tiling = splat::make_tiling(1280, 720, 32, 20);
-        std::uint64_t splats = 0, copies = 0, hops = 0;
-        std::uint32_t farthest = 0;
-        std::array<std::uint64_t, 4> within{};
-        std::vector<std::uint32_t> of_tile(std::size_t{tiling.columns} * tiling.rows, 0);
-        for (auto const& g : s.map.gaussians) {
-            auto const splat = splat::project(g, view, tiling);
-            if (!splat.visible()) continue;
-            ++splats;
-            auto const box = splat::tiles_of(splat, tiling);
-            for (std::uint32_t y = box.first.y(); y <= box.last.y(); ++y)
-                for (std::uint32_t x = box.first.x(); x <= box.last.x(); ++x) {
-                    auto const apart = [](std::uint32_t a, std::uint32_t b) { return a < b ? b - a : a - b; };
-                    std::uint32_t const away = apart(x, splat.anchor.x()) + apart(y, splat.anchor.y());
-                    if (away == 0) continue;
-                    ++copies, hops += away, ++of_tile[std::size_t{y} * tiling.columns + x];
-                    farthest = std::max(farthest, away);
-                    for (std::size_t k = 0; k < 4; ++k) within[k] += away <= 1u << k ? 1 : 0;
-                }
-        }
-        double const all = std::max(1.0, static_cast<double>(copies));
-        auto const share = [&](std::uint64_t n) { return fixed(100.0 * static_cast<double>(n) / all, 0) + " %"; };
-        std::cout << "| " << s.name << " | " << thousands(splats) << " | " << thousands(copies) << " | "
-            << fixed(static_cast<double>(copies) * 44e-6, 1) << " | " << thousands(hops);
-        for (auto const n : within) std::cout << " | " << share(n);
-        std::cout << " | " << farthest << " | " << thousands(*std::max_element(of_tile.begin(), of_tile.end())) << " |\n";
     }
 }
 
@@ -388,13 +309,13 @@ void rest(Refiner& on_mesh, splat::Camera const& camera, CostModel const& model)
     auto const cost = model_cost(model, on_mesh.mesh().trace(), on_mesh.mesh().grid());
     std::uint64_t bytes = 0, passes = 0;
     for (auto const& step : on_mesh.run().steps) bytes += step.live_bytes, passes += step.passes;
-    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1)
-              << " MB, " << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
+    std::cout << "(records move: " << thousands(on_mesh.run().messages()) << " hops, " << fixed(static_cast<double>(bytes) * 1e-6, 1) << " MB, "
+              << passes << " supersteps, " << fixed(milliseconds(model, cost.cycles), 2) << " ms)\n";
 }
 
 /// Two keyframes of a map that grows from nothing, without a step: what the second one costs.
-void keyframe(std::array<splat::Camera, 2> const& cameras, std::array<mapping::Target, 2> const& targets, float depth,
-              mapping::MeshRefineOptions o, CostModel const& model)
+void keyframe(std::vector<splat::Camera> const& cameras, std::vector<mapping::Target> const& targets, float depth, mapping::MeshRefineOptions o,
+              CostModel const& model)
 {
     o.record_slots = 400;
     mapping::MeshRefiner<splat::map::SecondMomentByKind, Mesh, Traced<AnyMachine>, splat::map::GrowStep> grown({}, cameras[0], o);
@@ -411,8 +332,8 @@ void keyframe(std::array<splat::Camera, 2> const& cameras, std::array<mapping::T
     auto const lost = grown.lost();
     std::cout << "(keyframes: " << thousands(first.inserted) << " and " << thousands(second.inserted) << " Gaussians, "
               << thousands(first.refused + second.refused) << " refused, " << thousands(lost.copies + lost.records)
-              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass "
-              << cycles_of("pass cells") << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
+              << " copies lost; the second takes " << cycles_of("") << " ms: look " << cycles_of("look") << ", pass " << cycles_of("pass cells")
+              << " with " << thousands(passed) << " messages, insert " << cycles_of("insert cells");
     grown.remove(depth);
     std::cout << "; remove " << cycles_of("") << " ms)\n";
 }
@@ -433,14 +354,8 @@ int mesh(std::vector<Scene> const& scenes)
     };
     for (auto const& s : scenes)
         for (Size const size : {Size{1280, 720, {32, 20}}, Size{640, 480, {16, 15}}}) {
-            std::array<splat::Camera, 2> const cameras{scene::resized(s.path[0], size.width, size.height),
-                                                       scene::resized(s.path[2], size.width, size.height)};
-            mapping::Refiner<> truth(s.map);
-            std::array<mapping::Target, 2> targets;
-            for (std::size_t i = 0; i < 2; ++i) {
-                auto const seen = truth.render(cameras[i]);
-                targets[i] = mapping::make_target(seen.colour, seen.depth);
-            }
+            auto const [cameras, targets] =
+                views_of(s, {scene::resized(s.path[0], size.width, size.height), scene::resized(s.path[2], size.width, size.height)});
             float const depth = median_depth(targets[0]);
             auto const start = spoilt(s.map, depth);
             mapping::MeshRefineOptions o;
@@ -479,13 +394,15 @@ int mesh(std::vector<Scene> const& scenes)
                     if (peak.region == splat::map::Entries::name) most = peak.items;
                 out -= lost.copies; // its message was answered at once
                 if (out != back + lost.copies)
-                    throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) +
-                                " back); mend the program");
-                std::cout << "| " << s.name << " | " << (row == 0 ? "own" : row == 1 ? "turned" : "rested") << " | " << size.width << " x "
-                          << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | " << thousands(out) << " | "
-                          << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | " << fixed(static_cast<double>(back_bytes) * 1e-6, 1)
-                          << " | " << passes << " | " << thousands(most) << " | " << thousands(on_mesh.sizes().entries) << " | "
-                          << thousands(lost.copies + lost.records);
+                    throw Error("a copy did not answer (" + std::to_string(out) + " out, " + std::to_string(back) + " back); mend the program");
+                std::cout << "| " << s.name << " | "
+                          << (row == 0   ? "own"
+                              : row == 1 ? "turned"
+                                         : "rested")
+                          << " | " << size.width << " x " << size.height << " | " << size.tile.tile_width << " x " << size.tile.tile_height << " | "
+                          << thousands(out) << " | " << fixed(static_cast<double>(out_bytes) * 1e-6, 1) << " | "
+                          << fixed(static_cast<double>(back_bytes) * 1e-6, 1) << " | " << passes << " | " << thousands(most) << " | "
+                          << thousands(on_mesh.sizes().entries) << " | " << thousands(lost.copies + lost.records);
                 for (auto const c : cycles) std::cout << " | " << fixed(milliseconds(model, c), 2);
                 std::cout << " | " << fixed(milliseconds(model, all), 2) << " | " << fixed(1000 / milliseconds(model, all), 0) << " |\n";
             }
@@ -507,9 +424,7 @@ int run(Options const& o)
     auto const wants = [&](char const* table) { return bench::chosen(o.tables, table); };
     int status = 0;
     if (wants("psnr")) status = psnr(o, scenes);
-    if (wants("first")) first(scenes);
     if (wants("times")) times(o, scenes);
-    if (wants("back")) back(scenes);
     if (wants("mesh")) status = std::max(status, mesh(scenes));
     return status;
 }

@@ -37,9 +37,7 @@ std::vector<Motion> motions_about(Ball const& ball)
             return scene::look_at(from, ball.centre, up_is);
         };
     };
-    auto const translate = [=](std::uint32_t k) {
-        return scene::look_at(start - glm::dvec3(0.0, 0.0, 0.001 * ball.radius * k), ball.centre, up_is);
-    };
+    auto const translate = [=](std::uint32_t k) { return scene::look_at(start - glm::dvec3(0.0, 0.0, 0.001 * ball.radius * k), ball.centre, up_is); };
     auto const rotate = [=](std::uint32_t k) {
         double const angle = k * radians;
         return scene::look_at(start, start + glm::dvec3(std::sin(angle), 0.0, -std::cos(angle)), up_is);
@@ -58,7 +56,8 @@ std::vector<Motion> motions_about(Ball const& ball)
         {"Orbit 2.0 deg", 300, orbit(2.0), 2745, 10.91, ""},
         {"Pure translation", 300, translate, 56, 0.22, "0.001 of the ball's radius forward a frame"},
         {"Pure rotation 1 deg", 300, rotate, 1634, 11.99, "about the camera's vertical axis"},
-        {"Random teleport", 100, teleport, 24595, 97.75, "cameras at 2 radii in random directions; fitted: the order of three draws, because the source leaves it open"},
+        {"Random teleport", 100, teleport, 24595, 97.75,
+         "cameras at 2 radii in random directions; fitted: the order of three draws, because the source leaves it open"},
     };
 }
 
@@ -73,8 +72,7 @@ std::vector<std::uint32_t> authors_anchors(scene::Map const& map, scene::Pose co
         if (!(p.z > 0.2)) continue;
         double const u = lens.fx * p.x / p.z + lens.cx - 0.5, v = lens.fy * p.y / p.z + lens.cy - 0.5;
         if (!(u >= 0 && u < 1280 && v >= 0 && v < 720)) continue;
-        auto const x = static_cast<std::uint32_t>(std::nearbyint(u)) / 32,
-                   y = static_cast<std::uint32_t>(std::nearbyint(v)) / 20;
+        auto const x = static_cast<std::uint32_t>(std::nearbyint(u)) / 32, y = static_cast<std::uint32_t>(std::nearbyint(v)) / 20;
         if (x < grid_columns && y < grid_rows) out[i] = y * grid_columns + x;
     }
     return out;
@@ -122,7 +120,7 @@ Counted count(scene::Map const& map, Motion const& motion, scene::Intrinsics con
 /// Counts the records that our mesh moves and those whose anchor tile changes by our projection, frame by frame of one motion.
 void count_on_mesh(Context const& context, scene::Map const& map, Motion const& motion, std::uint32_t frames, Rows& rows)
 {
-    Watched machine(map, {.threads = context.threads, .storage_slots = 20'000});
+    auto const machine = make_watched(map, {.threads = context.threads, .storage_slots = 20'000});
     std::vector<std::uint32_t> at(map.gaussians.size());
     auto const share = (at.size() + tiles - 1) / tiles;
     for (std::size_t i = 0; i < at.size(); ++i) at[i] = static_cast<std::uint32_t>(i / share);
@@ -138,7 +136,8 @@ void count_on_mesh(Context const& context, scene::Map const& map, Motion const& 
             at[i] = index_of(s.anchor);
             ++moved;
         }
-        auto const counted = machine.render(camera).report.gaussians.moved;
+        machine->render(camera);
+        auto const counted = machine->report().gaussians.moved;
         different += counted != moved ? 1 : 0;
         if (k == 0) continue;
         on_mesh += counted;
@@ -161,28 +160,23 @@ void count_on_mesh(Context const& context, scene::Map const& map, Motion const& 
 /// The same counts on the paths of the authors' benchmark. The paper's churn table does not use these paths.
 void count_recorded(Context const& context, scene::Map const& map, scene::Intrinsics const& lens, Rows& rows)
 {
-    for (auto const& [file, name] :
-         {std::pair{"sloth_orbit", "recorded orbit 0.5 deg"}, std::pair{"sloth_teleport", "recorded teleport"}}) {
+    for (auto const& [file, name] : {std::pair{"sloth_orbit", "recorded orbit 0.5 deg"}, std::pair{"sloth_teleport", "recorded teleport"}}) {
         auto const path = context.data / "trajectories" / (std::string(file) + ".tum");
         auto row = skipped("churn", name, "moved (Gaussians a frame)", {}, "counted", path.filename().string() + " is not there");
         if (std::filesystem::exists(path)) {
             auto const poses = scene::load_tum(path);
             if (poses.size() < 2) {
-                row.note = "skipped: " + path.filename().string() + " has " + std::to_string(poses.size()) +
-                           " poses, and a count is between two";
+                row.note = "skipped: " + path.filename().string() + " has " + std::to_string(poses.size()) + " poses, and a count is between two";
                 rows.push_back(row);
                 continue;
             }
-            auto const frames =
-                static_cast<std::uint32_t>(context.quick ? std::min<std::size_t>(poses.size(), 41) : poses.size());
+            auto const frames = static_cast<std::uint32_t>(context.quick ? std::min<std::size_t>(poses.size(), 41) : poses.size());
             Motion const motion{name, frames, [&](std::uint32_t k) { return poses[k].pose; }};
             auto const c = count(map, motion, lens);
             row.ours = c.moved;
-            row.note =
-                "mean of " + std::to_string(frames - 1) + " frames, from " + std::to_string(c.least) + " to " +
-                std::to_string(c.most) +
-                "; the authors' benchmark path, much nearer than the cameras of the churn table; on screen in both " +
-                bench::fixed(100 * c.share_on_screen, 2) + " % move";
+            row.note = "mean of " + std::to_string(frames - 1) + " frames, from " + std::to_string(c.least) + " to " + std::to_string(c.most) +
+                       "; the authors' benchmark path, much nearer than the cameras of the churn table; on screen in both " +
+                       bench::fixed(100 * c.share_on_screen, 2) + " % move";
         }
         rows.push_back(row);
     }
@@ -201,8 +195,7 @@ void churn(Context const& context, Rows& rows)
     plot.title = "Sloth: Gaussians whose anchor tile changes";
     plot.x = {.label = "degrees a frame on the orbit", .scale = report::PlotScale::logarithmic};
     plot.y = {.label = "Gaussians a frame", .scale = report::PlotScale::logarithmic};
-    plot.series = {{.name = "the paper", .points = {}, .colour = 0, .dashed = true},
-                   {.name = "counted", .points = {}, .colour = 5}};
+    plot.series = {{.name = "the paper", .points = {}, .colour = 0, .dashed = true}, {.name = "counted", .points = {}, .colour = 5}};
     double const degrees[] = {0.1, 0.5, 2.0};
     std::uint32_t hits = 0, i = 0;
     for (auto const& motion : motions) {
@@ -211,8 +204,7 @@ void churn(Context const& context, Rows& rows)
                         "degrees vertical; no step is fitted") +
             (*motion.free == '\0' ? "" : std::string("; ") + motion.free);
         if (!there) {
-            rows.push_back(
-                skipped("churn", motion.name, "moved (Gaussians a frame)", motion.moved, "counted", "no map of Sloth"));
+            rows.push_back(skipped("churn", motion.name, "moved (Gaussians a frame)", motion.moved, "counted", "no map of Sloth"));
             continue;
         }
         auto const c = count(map, motion, authors_lens());
@@ -221,12 +213,12 @@ void churn(Context const& context, Rows& rows)
         bool const hit = c.moved <= 1.3 * motion.moved && motion.moved <= 1.3 * c.moved;
         hits += hit ? 1 : 0;
         rows.push_back({"churn", motion.name, "moved (Gaussians a frame)", motion.moved, c.moved, "counted",
-                        std::string(hit ? "hit" : "MISS") + "; mean of " + frames + " frames, from " +
-                            std::to_string(c.least) + " to " + std::to_string(c.most) + "; " + where});
+                        std::string(hit ? "hit" : "MISS") + "; mean of " + frames + " frames, from " + std::to_string(c.least) + " to " +
+                            std::to_string(c.most) + "; " + where});
         rows.push_back({"churn", motion.name, "churn, of all (%)", motion.churn_percent, 100 * c.moved / n, "counted",
                         "the paper's count over 25,161 is " + std::to_string(100 * motion.moved / 25161)});
-        rows.push_back({"churn", motion.name, "churn, of those on screen in both frames (%)", motion.churn_percent,
-                        100 * c.share_on_screen, "counted",
+        rows.push_back({"churn", motion.name, "churn, of those on screen in both frames (%)", motion.churn_percent, 100 * c.share_on_screen,
+                        "counted",
                         "the experiment's definition of churn: the mean of the frames' shares, 0 for a frame with nothing on screen; " +
                             std::to_string(c.empty) + " of " + frames + " frames move nothing"});
         rows.push_back({"churn", motion.name, "hops of one that moved", {}, c.hops, "counted"});
@@ -243,7 +235,12 @@ void churn(Context const& context, Rows& rows)
     for (auto const tile : authors_anchors(map, motions.front().pose(0), authors_lens()))
         if (tile != nowhere) ++anchors[tile];
     auto const fullest = static_cast<double>(*std::max_element(anchors.begin(), anchors.end()));
-    rows.push_back({"churn", "first camera", "anchors on the fullest tile", {}, fullest, "counted",
+    rows.push_back({"churn",
+                    "first camera",
+                    "anchors on the fullest tile",
+                    {},
+                    fullest,
+                    "counted",
                     "the paper's storage has 3,200 slots and its code has 800, so no mesh can run these far views; they are projected"});
     count_on_mesh(context, map, motions[1], context.quick ? 4 : 40, rows);
     count_recorded(context, map, scene::lens_of(sloth.camera), rows);

@@ -49,8 +49,8 @@ splat::Camera moved_back(splat::Camera const& camera, double by)
     return scene::make_camera(pose, scene::lens_of(camera));
 }
 
-void rows_of(Context const& context, bench::Scene const& scene, std::string const& name, splat::Camera const& start,
-             double zoom_step, std::string const& where, Rows& rows)
+void rows_of(Context const& context, bench::Scene const& scene, std::string const& name, splat::Camera const& start, double zoom_step,
+             std::string const& where, Rows& rows)
 {
     struct View {
         char const* name;
@@ -65,26 +65,23 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
     for (auto const& v : views) predicted.push_back(walk(scene.map, v.camera, at));
 
     for (std::uint32_t const slots : {400u, 100u}) {
-        Watched machine(scene.map, {.threads = context.threads,
-                                    .channel_slots = slots,
-                                    .storage_slots = 20'000,
-                                    .footprint = splat::Footprint::three_sigma_square});
+        auto const machine = make_watched(
+            scene.map,
+            {.threads = context.threads, .channel_slots = slots, .storage_slots = 20'000, .footprint = splat::Footprint::three_sigma_square});
         for (std::size_t i = 0; i < std::size(views); ++i) {
             auto const& v = views[i];
             auto const& p = predicted[i];
             std::string const row = name + ", " + v.name;
             if (slots == 400) {
-                rows.push_back({"convergence", row, "substeps to the farthest anchor", v.paper,
-                                static_cast<double>(p.record), "predicted",
-                                where +
-                                    "; records in the file's order, evenly over 40 x 36 tiles, before the cold start; " +
+                rows.push_back({"convergence", row, "substeps to the farthest anchor", v.paper, static_cast<double>(p.record), "predicted",
+                                where + "; records in the file's order, evenly over 40 x 36 tiles, before the cold start; " +
                                     std::to_string(p.records) + " records move"});
-                rows.push_back({"convergence", row, "substeps to the farthest copy", v.paper, static_cast<double>(p.copy),
-                                "predicted",
+                rows.push_back({"convergence", row, "substeps to the farthest copy", v.paper, static_cast<double>(p.copy), "predicted",
                                 "the path to the anchor and the tree of one record; the deepest tree has " + std::to_string(p.tree) +
                                     " steps; footprints are 3-sigma squares"});
             }
-            auto const r = machine.render(v.camera).report;
+            machine->render(v.camera);
+            auto const& r = machine->report();
             auto const route = r.exchanges.route, bloom = r.exchanges.bloom;
             Row counted{"convergence",
                         row,
@@ -92,9 +89,8 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
                         v.paper,
                         static_cast<double>(route + bloom),
                         "counted",
-                        std::to_string(route) + " of routing, then " + std::to_string(bloom) + " of bloom; " +
-                            std::to_string(r.gaussians.held) + " records held, " + std::to_string(r.peak_channel) +
-                            " at most in a channel" +
+                        std::to_string(route) + " of routing, then " + std::to_string(bloom) + " of bloom; " + std::to_string(r.gaussians.held) +
+                            " records held, " + std::to_string(r.peak_channel) + " at most in a channel" +
                             (slots == 400 ? ", the paper's slots" : ", the slots of its public code")};
             // If no channel is full, a record takes exactly its distance.
             counted.broken = r.gaussians.held == 0 && route != p.record;
@@ -108,15 +104,13 @@ void rows_of(Context const& context, bench::Scene const& scene, std::string cons
 void convergence(Context const& context, Rows& rows)
 {
     constexpr double widest = std::max(grid_columns, grid_rows), farthest = grid_columns - 1 + grid_rows - 1;
-    rows.push_back(
-        {"convergence", "40 x 36 tiles", "bound on routing, max(W, H)", 40.0, widest, "arithmetic", "the paper's text"});
+    rows.push_back({"convergence", "40 x 36 tiles", "bound on routing, max(W, H)", 40.0, widest, "arithmetic", "the paper's text"});
     rows.push_back({"convergence", "40 x 36 tiles", "bound on routing, |dx| + |dy|", 40.0, farthest, "arithmetic",
                     "a router that goes along one axis, then the other, needs this many; the paper's own 55 is above its 40"});
     bool any = false;
     for (std::string const name : {"sloth", "salad"}) {
         if (!bench::has_scene(name, context.data)) {
-            rows.push_back(
-                skipped("convergence", name, "substeps to the farthest anchor", 55.0, "predicted", "its map is not there"));
+            rows.push_back(skipped("convergence", name, "substeps to the farthest anchor", 55.0, "predicted", "its map is not there"));
             continue;
         }
         any = true;
@@ -124,11 +118,9 @@ void convergence(Context const& context, Rows& rows)
         auto const ball = ball_of(scene.map);
         // Zoom z moves the authors' camera back by half a radius times (z - 1).
         auto const step = 0.5 * ball.radius * 0.2;
-        rows_of(context, scene, name, authors_camera(ball, 2), step,
-                "the start view of the authors' public convergence benchmark", rows);
+        rows_of(context, scene, name, authors_camera(ball, 2), step, "the start view of the authors' public convergence benchmark", rows);
         if (!context.quick)
-            rows_of(context, scene, name + " from the recorded pose", scene.camera, step,
-                    "the pose of the authors' recorded benchmark", rows);
+            rows_of(context, scene, name + " from the recorded pose", scene.camera, step, "the pose of the authors' recorded benchmark", rows);
     }
     if (any) return;
     auto const scene = bench::load_scene("built_in", context.data, {1280, 720});

@@ -14,42 +14,24 @@ void paper::host_io(Context const&, Rows& rows)
     auto const ms = [](double bytes) { return bytes / (gigabytes_a_second * 1e6); };
     auto const share = [&](double bytes) { return 100 * ms(in_bytes + bytes) / frame_ms; };
 
-    rows.push_back({"host_io", "a frame in", "view and projection (B)", {}, in_bytes, "arithmetic", "34 floats"});
-    rows.push_back({"host_io", "a frame out", "RGBX8 (B)", {}, rgbx8_bytes, "arithmetic"});
-    rows.push_back(
-        {"host_io", "a frame out", "floats (B)", {}, float_bytes, "arithmetic", "what the authors' earlier code sent"});
-    rows.push_back({"host_io",
-                    "a frame out",
-                    "counts and cycles only (B)",
-                    {},
-                    counts_bytes,
-                    "arithmetic",
-                    "the authors' benchmark reads these by default; it reads the framebuffer only on request"});
-    rows.push_back(
-        {"host_io", "RGBX8", "share of the paper's 50.55 ms (%)", share_percent, share(rgbx8_bytes), "modelled", rate});
-    rows.push_back(
-        {"host_io", "floats", "share of the paper's 50.55 ms (%)", share_percent, share(float_bytes), "modelled", rate});
-    rows.push_back({"host_io", "counts and cycles", "share of the paper's 50.55 ms (%)", share_percent, share(counts_bytes),
-                    "modelled", rate + "; if this is what the paper reads, its share is latency"});
     double const paper_ms = share_percent / 100 * frame_ms;
-    rows.push_back({"host_io", "1.6 % of 50.55 ms", "time (ms)", {}, paper_ms, "arithmetic"});
-    rows.push_back({"host_io",
-                    "1.6 % of 50.55 ms",
-                    "rate if RGBX8 was read (GB/s)",
-                    {},
-                    (in_bytes + rgbx8_bytes) / (paper_ms * 1e6),
-                    "arithmetic",
-                    "a seventh of the nominal rate one way"});
-    rows.push_back({"host_io",
-                    "1.6 % of 50.55 ms",
-                    "rate if floats were read (GB/s)",
-                    {},
-                    (in_bytes + float_bytes) / (paper_ms * 1e6),
-                    "arithmetic"});
-    rows.push_back({"host_io",
-                    "1.6 % of 50.55 ms",
-                    "rate if counts and cycles were read (GB/s)",
-                    {},
-                    (in_bytes + counts_bytes) / (paper_ms * 1e6),
-                    "arithmetic"});
+    auto const add = [&](char const* row, char const* quantity, std::optional<double> paper, double ours, char const* kind,
+                         std::string const& note = {}) {
+        rows.push_back({"host_io", row, quantity, paper, ours, kind, note});
+    };
+    add("a frame in", "view and projection (B)", {}, in_bytes, "arithmetic", "34 floats");
+    add("a frame out", "RGBX8 (B)", {}, rgbx8_bytes, "arithmetic");
+    add("a frame out", "floats (B)", {}, float_bytes, "arithmetic", "what the authors' earlier code sent");
+    add("a frame out", "counts and cycles only (B)", {}, counts_bytes, "arithmetic",
+        "the authors' benchmark reads these by default; it reads the framebuffer only on request");
+    auto const of_frame = "share of the paper's 50.55 ms (%)";
+    add("RGBX8", of_frame, share_percent, share(rgbx8_bytes), "modelled", rate);
+    add("floats", of_frame, share_percent, share(float_bytes), "modelled", rate);
+    add("counts and cycles", of_frame, share_percent, share(counts_bytes), "modelled",
+        rate + "; if this is what the paper reads, its share is latency");
+    auto const gigabytes = [&](double bytes) { return (in_bytes + bytes) / (paper_ms * 1e6); };
+    add("1.6 % of 50.55 ms", "time (ms)", {}, paper_ms, "arithmetic");
+    add("1.6 % of 50.55 ms", "rate if RGBX8 was read (GB/s)", {}, gigabytes(rgbx8_bytes), "arithmetic", "a seventh of the nominal rate one way");
+    add("1.6 % of 50.55 ms", "rate if floats were read (GB/s)", {}, gigabytes(float_bytes), "arithmetic");
+    add("1.6 % of 50.55 ms", "rate if counts and cycles were read (GB/s)", {}, gigabytes(counts_bytes), "arithmetic");
 }

@@ -1,8 +1,8 @@
 #include "tables.hpp"
 #include "views.hpp"
 #include <algorithm>
+#include <common/pictures.hpp>
 #include <common/scenes.hpp>
-#include <common/statistics.hpp>
 #include <numeric>
 #include <shared/png.hpp>
 #include <tilemesh/scene/camera_json.hpp>
@@ -35,9 +35,7 @@ Spread spread(scene::Map const& map, splat::Camera const& camera)
         auto const s = splat::project(g, view, tiling);
         if (!s.visible()) continue;
         ++anchors[index_of(s.anchor)];
-        auto const t = touched_by(s, tiling);
-        for (auto y = t.y0; y <= t.y1; ++y)
-            for (auto x = t.x0; x <= t.x1; ++x) ++out.held[y * grid_columns + x];
+        for_each_tile(s, tiling, [&](std::uint32_t tile) { ++out.held[tile]; });
     }
     auto sorted = out.held;
     std::sort(sorted.begin(), sorted.end());
@@ -50,8 +48,7 @@ Spread spread(scene::Map const& map, splat::Camera const& camera)
     double ranked = 0; // Gini: sum over ranks of (2 rank - n - 1) value, over n times the sum
     for (std::uint32_t i = 0; i < tiles; ++i) ranked += (2.0 * i + 1.0 - tiles) * sorted[i];
     out.gini = sum > 0 ? ranked / (tiles * sum) : 0;
-    out.above_buffer =
-        static_cast<std::uint32_t>(std::count_if(sorted.begin(), sorted.end(), [](auto n) { return n > render_buffer; }));
+    out.above_buffer = static_cast<std::uint32_t>(std::count_if(sorted.begin(), sorted.end(), [](auto n) { return n > render_buffer; }));
     return out;
 }
 
@@ -66,8 +63,7 @@ std::vector<Viewpoint> viewpoints(std::string const& name, Context const& contex
     std::vector<Viewpoint> out;
     if (name != "built_in") {
         auto const all = scene::load_cameras(context.data / "cameras.json");
-        for (auto const& [view, camera] :
-             {std::pair{"near", "close"}, std::pair{"middle", "front"}, std::pair{"far", "far"}})
+        for (auto const& [view, camera] : {std::pair{"near", "close"}, std::pair{"middle", "front"}, std::pair{"far", "far"}})
             out.push_back({view, scene::select_cameras(all, name + "/" + camera, name).front().camera});
         return out;
     }
@@ -94,21 +90,17 @@ void load(Context const& context, Rows& rows)
         std::vector<Spread> spreads;
         for (auto const& v : viewpoints(name, context, scene)) {
             auto const s = spread(scene.map, v.camera);
-            auto const row = name + ", " + v.name;
-            rows.push_back({"load",
-                            row,
-                            "max on a tile",
-                            {},
-                            static_cast<double>(s.most),
-                            "counted",
-                            what + "; at most " + std::to_string(s.anchors) + " anchors; " +
-                                std::to_string(s.above_buffer) + " tiles above the figure's render buffer of 900"});
-            rows.push_back({"load", row, "min on a tile", {}, s.least, "counted", what});
-            rows.push_back({"load", row, "mean on a tile", {}, s.mean, "counted", what});
-            rows.push_back({"load", row, "max over mean", {}, s.mean > 0 ? s.most / s.mean : 0, "counted", what});
-            rows.push_back({"load", row, "empty tiles (%)", {}, s.empty_percent, "counted", what});
-            rows.push_back(
-                {"load", row, "Gini coefficient", {}, s.gini, "counted", what + "; 0: even, 1: all on one tile"});
+            auto const add = [&](char const* quantity, double value, std::string const& note) {
+                rows.push_back({"load", name + ", " + v.name, quantity, {}, value, "counted", what + note});
+            };
+            add("max on a tile", s.most,
+                "; at most " + std::to_string(s.anchors) + " anchors; " + std::to_string(s.above_buffer) +
+                    " tiles above the figure's render buffer of 900");
+            add("min on a tile", s.least, "");
+            add("mean on a tile", s.mean, "");
+            add("max over mean", s.mean > 0 ? s.most / s.mean : 0, "");
+            add("empty tiles (%)", s.empty_percent, "");
+            add("Gini coefficient", s.gini, "; 0: even, 1: all on one tile");
             spreads.push_back(s);
         }
         Row even{"load", name, "Gini near over Gini far", {}, spreads.front().gini / spreads.back().gini, "counted", {}};
@@ -118,7 +110,7 @@ void load(Context const& context, Rows& rows)
         if (context.out.empty()) continue;
         std::vector<report::Image> maps;
         for (auto const& s : spreads) maps.push_back(heat_map(s.held, render_buffer));
-        shared::write_png(context.out / ("load_" + name + ".png"), side_by_side(maps));
+        shared::write_png(context.out / ("load_" + name + ".png"), bench::side_by_side(maps));
     }
 }
 

@@ -1,28 +1,19 @@
 #include "machines.hpp"
-#include <tilemesh/model/cost_model.hpp>
-#include <tilemesh/model/cost_parameters.hpp>
-#include <tilemesh/render/frame_renderer.hpp>
+#include <algorithm>
+#include <common/scenes.hpp>
+#include <tilemesh/render/renderer_options.hpp>
+#include <tilemesh/scene/records.hpp>
+#include <utility>
 
 namespace paper {
 
-namespace render = tilemesh::render;
-
-Watched::Watched(scene::Map const& map, Options const& options)
+std::unique_ptr<bench::Machine> make_watched(scene::Map const& map, Watched const& options)
 {
     auto setup = splat::setup_of<splat::Lossless>();
     setup.machine = tilemesh::size_of_machine<splat::RoomyMachine>();
     setup.sizes.storage = options.storage_slots;
     setup.sizes.road = setup.sizes.beam = options.channel_slots;
-    machine_ = bench::make_traced_machine(
-        map, setup, {.threads = options.threads, .grid = {grid_columns, grid_rows}, .footprint = options.footprint});
-}
-
-ModelledFrame Watched::render(splat::Camera const& camera)
-{
-    static tilemesh::CostModel const model = tilemesh::mk2();
-    machine_->render(camera);
-    auto const cost = tilemesh::model_cost(model, machine_->trace(), machine_->grid());
-    return {machine_->report(), tilemesh::milliseconds(model, cost.cycles)};
+    return bench::make_traced_machine(map, setup, {.threads = options.threads, .grid = {grid_columns, grid_rows}, .footprint = options.footprint});
 }
 
 PaperFrame render_paper(scene::Map const& map, splat::Camera const& camera, std::uint32_t channel_slots, std::uint32_t storage_slots,
@@ -35,6 +26,31 @@ PaperFrame render_paper(scene::Map const& map, splat::Camera const& camera, std:
     auto const machine = bench::make_machine(map, setup, {.threads = threads, .grid = {grid_columns, grid_rows}});
     machine->render(camera);
     return {machine->image(), machine->report(), setup.rules};
+}
+
+Modelled model_scene(Context const& context, std::string const& name)
+{
+    auto loaded = bench::load_scene(name, context.data, {1280, 720});
+    loaded.map = scene::at_degree(std::move(loaded.map), 0); // as in the paper
+    Modelled m;
+    m.gaussians = loaded.map.gaussians.size();
+    m.frames = context.quick ? 2 : m.gaussians > 100'000 ? 4 : 12;
+    auto const machine = make_watched(loaded.map, {.threads = context.threads});
+    auto const render = [&](splat::Camera const& camera) {
+        machine->render(camera);
+        m.complete = m.complete && machine->report().lost.empty();
+        return bench::modelled_ms(machine->trace(), {grid_columns, grid_rows});
+    };
+    m.first = render(loaded.camera);
+    m.static_view = render(loaded.camera);
+    auto const cameras = bench::cameras_of("orbit0.5", loaded, m.frames, context.data);
+    for (std::uint32_t k = 1; k <= m.frames; ++k) {
+        auto const ms = render(cameras[k]);
+        m.milliseconds += ms / m.frames;
+        m.least = k == 1 ? ms : std::min(m.least, ms);
+        m.most = std::max(m.most, ms);
+    }
+    return m;
 }
 
 } // namespace paper

@@ -1,7 +1,8 @@
-#include "print.hpp"
+#include "tables.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <ostream>
 #include <string_view>
 #include <tilemesh/number_text.hpp>
 #include <tilemesh/report/table.hpp>

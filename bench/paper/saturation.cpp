@@ -2,6 +2,7 @@
 #include "views.hpp"
 #include <algorithm>
 #include <bitset>
+#include <common/pictures.hpp>
 #include <common/scenes.hpp>
 #include <shared/png.hpp>
 #include <tilemesh/report/error_measures.hpp>
@@ -18,13 +19,11 @@ using Tiles = std::bitset<tiles>;
 /// The list of losses of a frame, as the tiles that lack each Gaussian.
 class Lacking {
 public:
-    Lacking(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, report::FrameReport const& r)
-        : tiling_(tiling_of(camera))
+    Lacking(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules, report::FrameReport const& r) : tiling_(tiling_of(camera))
     {
         auto const view = splat::make_view(camera, rules);
         std::unordered_map<std::uint32_t, std::uint32_t> row_of;
-        for (std::uint32_t row = 0; row < map.gaussians.size(); ++row)
-            row_of.emplace(static_cast<std::uint32_t>(map.gaussians[row].id), row);
+        for (std::uint32_t row = 0; row < map.gaussians.size(); ++row) row_of.emplace(static_cast<std::uint32_t>(map.gaussians[row].id), row);
         for (auto const& l : r.lost) {
             auto const id = static_cast<std::uint32_t>(l.id);
             if (id >= of_.size()) of_.resize(id + 1, none);
@@ -36,16 +35,11 @@ public:
             }
             auto const s = splat::project(map.gaussians[row_of.at(id)], view, tiling_);
             if (!s.visible()) continue;
-            auto const t = touched_by(s, tiling_);
-            for (auto y = t.y0; y <= t.y1; ++y)
-                for (auto x = t.x0; x <= t.x1; ++x) set.set(y * grid_columns + x);
+            for_each_tile(s, tiling_, [&](std::uint32_t tile) { set.set(tile); });
         }
         for (auto const& set : sets_) named_ |= set, copies_ += set.count();
     }
-    std::uint32_t tile_of(std::uint32_t x, std::uint32_t y) const noexcept
-    {
-        return y / tiling_.tile_height * grid_columns + x / tiling_.tile_width;
-    }
+    std::uint32_t tile_of(std::uint32_t x, std::uint32_t y) const noexcept { return y / tiling_.tile_height * grid_columns + x / tiling_.tile_width; }
     /// For `render_naive`: does the tile of this pixel lack the Gaussian?
     bool operator()(splat::GaussianId id, std::uint32_t x, std::uint32_t y) const noexcept
     {
@@ -99,8 +93,7 @@ void saturation(Context const& context, Rows& rows)
         rows.push_back(skipped("saturation", name, "pixels with holes", {}, "counted", "its map is not there"));
         name = "built_in";
     }
-    auto const scene =
-        bench::load_scene(name, context.data, context.quick ? scene::Size{640, 360} : scene::Size{1280, 720});
+    auto const scene = bench::load_scene(name, context.data, context.quick ? scene::Size{640, 360} : scene::Size{1280, 720});
     std::optional<report::Image> complete;
     for (auto const& [channel, storage] : {std::pair{400u, 3200u}, std::pair{100u, 800u}}) {
         auto const frame = render_paper(scene.map, scene.camera, channel, storage, context.threads);
@@ -127,8 +120,7 @@ void saturation(Context const& context, Rows& rows)
         add("records dropped", static_cast<double>(frame.report.gaussians.dropped),
             std::to_string(scene.map.gaussians.size()) + " Gaussians, preset paper, cold start; channels of " +
                 (channel == 400 ? "the paper's text" : "the slots that its public code has room for"));
-        add("copies lacking", static_cast<double>(lacking.copies()),
-            "pairs of a Gaussian and a tile, those of dropped records included");
+        add("copies lacking", static_cast<double>(lacking.copies()), "pairs of a Gaussian and a tile, those of dropped records included");
         add("pixels with holes", static_cast<double>(holes),
             "of " + std::to_string(complete->rgb.size() / 3) + "; against the complete picture in 8-bit levels");
         add("holes in tiles of the drop list", static_cast<double>(matched), "every hole must lie in such a tile", matched != holes);
@@ -140,8 +132,7 @@ void saturation(Context const& context, Rows& rows)
         auto const measures = report::compare(frame.image, *complete);
         add("PSNR (dB)", measures.psnr_db, "against the complete picture");
         if (!context.out.empty())
-            shared::write_png(context.out / ("saturation_" + std::to_string(channel) + ".png"),
-                                  side_by_side({frame.image, *complete, plan}));
+            shared::write_png(context.out / ("saturation_" + std::to_string(channel) + ".png"), bench::side_by_side({frame.image, *complete, plan}));
     }
 }
 

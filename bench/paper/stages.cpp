@@ -1,6 +1,6 @@
 #include "prototype_parameters.hpp"
 #include "prototype_run.hpp"
-#include "stages.hpp"
+#include "tables.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "views.hpp"
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <tilemesh/report/heat_image.hpp>
 
@@ -46,8 +45,7 @@ std::uint32_t hops_between(std::uint32_t tile, std::uint32_t other)
 Touched touched_by(splat::Splat const& s, splat::Tiling const& tiling)
 {
     auto const r = s.rect();
-    return {r.x0 / tiling.tile_width, (r.x1 - 1) / tiling.tile_width, r.y0 / tiling.tile_height,
-            (r.y1 - 1) / tiling.tile_height};
+    return {r.x0 / tiling.tile_width, (r.x1 - 1) / tiling.tile_width, r.y0 / tiling.tile_height, (r.y1 - 1) / tiling.tile_height};
 }
 
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most)
@@ -55,22 +53,6 @@ report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t
     constexpr std::uint32_t side = 8;
     std::vector<double> const values(of_tiles.begin(), of_tiles.end());
     return report::heat_image(values, grid_columns, grid_rows, {0, static_cast<double>(most)}, side);
-}
-
-report::Image side_by_side(std::vector<report::Image> const& images)
-{
-    constexpr std::uint32_t gap = 8;
-    std::uint32_t width = 0, height = 0;
-    for (auto const& i : images) width += i.width + (width == 0 ? 0 : gap), height = std::max(height, i.height);
-    report::Image all(width, height);
-    std::fill(all.rgb.begin(), all.rgb.end(), 1.0f);
-    std::uint32_t left = 0;
-    for (auto const& i : images) {
-        for (std::uint32_t y = 0; y < i.height; ++y)
-            std::memcpy(all.pixel(left, y), i.pixel(0, y), std::size_t{3} * i.width * sizeof(float));
-        left += i.width + gap;
-    }
-    return all;
 }
 
 } // namespace paper

@@ -1,6 +1,5 @@
 #pragma once
 #include "machines.hpp"
-#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <string>
@@ -36,10 +35,16 @@ struct Touched {
     std::uint32_t x0, x1, y0, y1;
 };
 Touched touched_by(splat::Splat const&, splat::Tiling const&);
+/// Calls f with the index of each of these tiles.
+template <class F>
+void for_each_tile(splat::Splat const& splat, splat::Tiling const& tiling, F const& f)
+{
+    auto const t = touched_by(splat, tiling);
+    for (auto y = t.y0; y <= t.y1; ++y)
+        for (auto x = t.x0; x <= t.x1; ++x) f(y * grid_columns + x);
+}
 
 /// A picture with one number per tile, 8 pixels a side, in the colours of report/heat_image.hpp: 0 is dark blue; `most` and more is yellow.
 report::Image heat_map(std::vector<std::uint32_t> const& of_tiles, std::uint32_t most);
-/// Pictures of equal height side by side, with a white gap.
-report::Image side_by_side(std::vector<report::Image> const&);
 
 } // namespace paper

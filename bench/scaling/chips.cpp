@@ -1,5 +1,4 @@
-#include "chips.hpp"
-#include "roomy.hpp"
+#include "scaling.hpp"
 #include <algorithm>
 #include <common/machine.hpp>
 #include <common/scenes.hpp>

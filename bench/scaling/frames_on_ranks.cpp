@@ -1,5 +1,5 @@
 // Whole frames over the ranks of MPI: the threads of one rank against as many ranks, in turn.
-#include "on_ranks.hpp"
+#include "scaling.hpp"
 #include "ranks.hpp"
 #include <algorithm>
 #include <common/scenes.hpp>

@@ -1,5 +1,5 @@
 // The engine over the ranks of MPI: scaling, supersteps with and without records at the edges of bands, traffic, waiting, memory.
-#include "on_ranks.hpp"
+#include "scaling.hpp"
 #include "ranks.hpp"
 #include <algorithm>
 #include <bit>

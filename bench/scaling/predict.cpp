@@ -1,6 +1,4 @@
-#include "predict.hpp"
-#include "roomy.hpp"
-#include "synthetic.hpp"
+#include "scaling.hpp"
 #include <cmath>
 #include <common/machine.hpp>
 #include <common/statistics.hpp>

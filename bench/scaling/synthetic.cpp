@@ -1,7 +1,8 @@
-#include "synthetic.hpp"
+#include "scaling.hpp"
 #include <cmath>
 #include <common/statistics.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/splat/setup_types.hpp>
 
 namespace scaling {
 
@@ -32,6 +33,15 @@ bench::Scene synthetic(std::uint32_t gaussians, tilemesh::scene::Size size, std:
         out.map.gaussians.push_back(g);
     }
     return out;
+}
+
+tilemesh::render::Setup roomy_setup()
+{
+    auto setup = tilemesh::splat::setup_of<tilemesh::splat::Lossless>();
+    setup.machine = tilemesh::size_of_machine<tilemesh::splat::RoomyMachine>();
+    setup.sizes.storage = 40'000;         // Sloth on 10 x 9 tiles, a million Gaussians on 1,440
+    setup.sizes.tile_pixels = 128 * 80;   // 1280 x 720 on 10 x 9 tiles; 3840 x 2160 on 40 x 36 has 96 x 60
+    return setup;
 }
 
 } // namespace scaling

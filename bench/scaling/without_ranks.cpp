@@ -1,5 +1,5 @@
 // In place of on_ranks.cpp, in a build without MPI.
-#include "on_ranks.hpp"
+#include "scaling.hpp"
 #include <tilemesh/error.hpp>
 
 namespace scaling {

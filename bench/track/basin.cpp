@@ -1,5 +1,4 @@
-#include "basin.hpp"
-#include "evaluator.hpp"
+#include "track.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/statistics.hpp>
@@ -45,26 +44,30 @@ struct Row {
     std::uint32_t coarsest, one_in;
     double degrees; ///< the error of the start; as many percent of the median depth
     std::uint32_t trials = 0, fine = 0, near = 0;
-    std::vector<double> evaluations, degrees_off, shift_off; ///< evaluations: of the fine ones; errors of all
+    std::vector<double> evaluations, degrees_off, shift_off; ///< evaluations: of the fine ones, or of all spoilt ones
 };
 
+/// Starts off by `row.degrees`, and adds the result to the row.
+void try_start(Evaluator& evaluate, View const& view, Asked asked, std::uint32_t trial, Row& row)
+{
+    auto const truth = scene::pose_of(view.camera);
+    asked.seed = trial;
+    evaluate.ask(asked);
+    auto const found = track::solve_pose(evaluate, disturbed(truth, row.degrees, view.scale, trial), scene::lens_of(view.camera), view.scale,
+                                         track::stages_of(method_of(row.method), row.coarsest));
+    double const turn = glm::length(track::twist_between(truth, found.pose).phi) / degree;
+    double const shift = glm::length(found.pose.position - truth.position) / view.scale;
+    bool const fine = turn < 1e-3 && shift < 1e-4;
+    row.fine += fine;
+    row.near += turn < 0.05 && shift < 1e-3;
+    if (fine || row.exposure) row.evaluations.push_back(found.evaluations);
+    row.degrees_off.push_back(turn);
+    row.shift_off.push_back(shift);
+}
 Row run(Evaluator& evaluate, View const& view, std::string const& name, std::string const& method, Asked const& asked, std::uint32_t coarsest, double degrees, std::uint32_t trials)
 {
     Row row{name, method, asked.depth, asked.exposure, coarsest, asked.one_in, degrees, trials, 0, 0, {}, {}, {}};
-    auto const truth = scene::pose_of(view.camera);
-    for (std::uint32_t trial = 0; trial < trials; ++trial) {
-        auto own = asked;
-        own.seed = trial;
-        evaluate.ask(own);
-        auto const found = track::solve_pose(evaluate, disturbed(truth, degrees, view.scale, trial), scene::lens_of(view.camera), view.scale, track::stages_of(method_of(method), coarsest));
-        double const turn = glm::length(track::twist_between(truth, found.pose).phi) / degree, shift = glm::length(found.pose.position - truth.position) / view.scale;
-        bool const fine = turn < 1e-3 && shift < 1e-4;
-        row.fine += fine;
-        row.near += turn < 0.05 && shift < 1e-3;
-        if (fine) row.evaluations.push_back(found.evaluations);
-        row.degrees_off.push_back(turn);
-        row.shift_off.push_back(shift);
-    }
+    for (std::uint32_t trial = 0; trial < trials; ++trial) try_start(evaluate, view, asked, trial, row);
     return row;
 }
 
@@ -111,14 +114,8 @@ public:
                     auto plane = view.depth;
                     track::spoil(colour, plane, frame, {});
                     evaluate.set_target(std::move(colour), std::move(plane));
-                    Asked const asked{depth, true, 1, 0};
-                    evaluate.ask(asked);
-                    auto const truth = scene::pose_of(view.camera);
-                    auto const found = track::solve_pose(evaluate, disturbed(truth, 2.0, view.scale, frame), scene::lens_of(view.camera), view.scale, track::stages_of(method_of(method), 4));
                     ++all.trials;
-                    all.evaluations.push_back(found.evaluations);
-                    all.degrees_off.push_back(glm::length(track::twist_between(truth, found.pose).phi) / degree);
-                    all.shift_off.push_back(glm::length(found.pose.position - truth.position) / view.scale);
+                    try_start(evaluate, view, {depth, true, 1, 0}, frame, all);
                 }
                 std::cerr << name << " " << method << "\n";
                 spoilt_.push_back(std::move(all));
@@ -161,8 +158,7 @@ public:
             }
             std::cout << "Spoilt targets, starts off by 2 degrees and 2 %, 8 unknowns, cells 4 to 1\n" << table << "\n";
         }
-        for (auto const& what : broken) std::cout << "BROKEN: " << what << "\n";
-        return broken.empty() ? 0 : 1;
+        return bench::verdict(broken, "");
     }
 
 private:
@@ -181,12 +177,7 @@ int basin(Options const& options)
 {
     bench::expect_folder_of(options.csv);
     Tables tables(options);
-    for (std::string const name : scene_names) {
-        if (!bench::chosen(options.scenes, name) || (options.quick && options.scenes.empty() && name != "built_in")) continue;
-        if (name != "built_in" && options.data.empty()) {
-            std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
-            continue;
-        }
+    for (auto const& name : scenes_of(options)) {
         auto view = load_view(name, options.data, {160, 90});
         if (options.spoil) std::reverse(view.colour.rgb.begin(), view.colour.rgb.end()), std::reverse(view.depth.values.begin(), view.depth.values.end());
         auto const evaluate = make_evaluator(view, 1, On::roomy);

@@ -1,4 +1,4 @@
-#include "evaluator.hpp"
+#include "track.hpp"
 #include <algorithm>
 #include <cstdlib>
 #include <tilemesh/error.hpp>

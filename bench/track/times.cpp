@@ -1,5 +1,4 @@
-#include "times.hpp"
-#include "evaluator.hpp"
+#include "track.hpp"
 #include <cmath>
 #include <common/machine.hpp>
 #include <common/statistics.hpp>
@@ -21,16 +20,6 @@ namespace {
 using bench::fixed;
 using tilemesh::report::thousands;
 
-std::vector<std::string> scenes_of(Options const& options)
-{
-    std::vector<std::string> names;
-    for (std::string const name : scene_names) {
-        if (!bench::chosen(options.scenes, name) || (options.quick && options.scenes.empty() && name != "built_in")) continue;
-        if (name != "built_in" && options.data.empty()) std::cout << "skipped: " << name << " (its map is not there; name its folder with --data)\n";
-        else names.push_back(name);
-    }
-    return names;
-}
 scene::Size size_of(Options const& options)
 {
     return options.quick ? scene::Size{320, 240} : scene::Size{640, 480};

@@ -1,4 +1,5 @@
 #pragma once
+#include <common/options.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <tilemesh/scene/map.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/normal_equations.hpp>
+#include <vector>
 
 namespace track_bench {
 
@@ -16,6 +18,19 @@ namespace scene = tilemesh::scene;
 namespace splat = tilemesh::splat;
 namespace track = tilemesh::track;
 namespace report = tilemesh::report;
+
+inline constexpr char const* method_names[] = {"hybrid", "forward", "gradient", "esm"};
+
+struct Options : bench::Options {
+    std::vector<std::string> scenes, tables, methods; ///< empty: all
+    std::uint32_t trials = 20;
+    std::uint32_t rounds = 9;
+
+    void finish(shared::OptionTable const& given);
+};
+
+/// The names of the scenes that the options name and whose files exist; it says which are skipped.
+std::vector<std::string> scenes_of(Options const& options);
 
 /// A map, a camera that sees it, what the camera sees, and the median depth there.
 struct View {
@@ -55,5 +70,12 @@ public:
 /// these maps.
 enum class On { mk2, mk2_traced, roomy };
 std::unique_ptr<Evaluator> make_evaluator(View const& view, std::uint32_t threads, On where);
+
+/// Prints the tables of convergence that the options name, and writes them. Returns 1 if a bound is missed that must hold.
+int basin(Options const& options);
+/// Prints milliseconds of evaluations, of a frame, and of renders of the same map.
+void times(Options const& options);
+/// Prints the modelled milliseconds of evaluations on Mk2, step by step.
+void modelled(Options const& options);
 
 } // namespace track_bench

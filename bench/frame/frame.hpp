@@ -1,11 +1,41 @@
 #pragma once
-#include "machine.hpp"
-#include "options.hpp"
+#include <common/direct.hpp>
+#include <common/options.hpp>
 #include <common/scenes.hpp>
+#include <cstdint>
 #include <string>
+#include <tilemesh/splat/setup_types.hpp>
 #include <vector>
 
 namespace frame {
+
+struct Options : bench::Options {
+    std::vector<std::string> scenes, motions; ///< empty: all; no scene if there are maps
+    std::vector<std::filesystem::path> maps;  ///< files, besides the scenes
+    std::vector<std::uint32_t> threads;       ///< measured side by side
+    std::uint32_t rounds = 0;                 ///< measured rounds per motion; 0: as --quick and the size of the map say
+    tilemesh::splat::Arithmetic arithmetic = tilemesh::splat::Lossless::arithmetic;
+    bool homes = false;       ///< also the program of homes
+    bool wide = false;        ///< also on a grid of which the frame occupies a small part
+    bool arithmetics = false; ///< only time and error of the ways to blend
+
+    void finish(shared::OptionTable const& given);
+};
+
+constexpr char const* to_string(tilemesh::splat::Arithmetic a) noexcept
+{
+    return a == tilemesh::splat::Arithmetic::precise ? "precise" : "fast";
+}
+
+/// A way to blend. The machine has two of these, `precise` and `fast`. The others show the gain and the cost of a polynomial of lower
+/// degree, or of a stop by blocks instead of pixels.
+struct BlendWay {
+    char const* exponential;
+    char const* stop;
+    bench::BlendTile blend_tile;
+};
+/// Returns all ways; the first one is `precise`.
+std::vector<BlendWay> blend_ways();
 
 /// The samples of one quantity, one per round.
 using Samples = std::vector<double>;

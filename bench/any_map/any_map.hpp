@@ -1,11 +1,21 @@
 #pragma once
 #include <array>
+#include <common/options.hpp>
+#include <common/scenes.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <numeric>
 #include <string>
 #include <vector>
 
 namespace any_map {
+
+struct Options : bench::Options {
+    std::filesystem::path write;   ///< the folder of slots.svg; empty: not written
+    std::filesystem::path picture; ///< a PNG file; not empty: this picture is all that the bench makes
+    std::vector<std::string> maps; ///< empty: all
+    std::uint32_t threads = 1;     ///< of every machine
+};
 
 enum class Program { anchored, paper, homes, unfolded, one_cut };
 inline constexpr char const* program_names[] = {"anchored", "paper", "homes", "homes unfolded", "one cut"};
@@ -51,6 +61,25 @@ inline double modelled_ms(Row const& r)
 {
     return milliseconds(r.all_cycles());
 }
+/// Renders all views of a map with all programs, and adds a row for each. With `sweeps`, it also renders one view with other slots. `broken`
+/// gets a line for every picture of the program of homes that is not complete, and for every complete picture without the bits of the naive
+/// whole-frame loop.
+void measure(bench::Scene const& scene, Options const& options, bool sweeps, std::vector<Row>& rows, std::vector<std::string>& broken);
+
 std::string csv(std::vector<Row> const& rows);
+/// A Markdown table of the rows that are not of a sweep, a line for each view and program.
+std::string view_table(std::vector<Row> const& rows);
+/// A Markdown table of the modelled milliseconds of each step of the program of homes.
+std::string step_table(std::vector<Row> const& rows);
+/// A Markdown table of the sweeps of a map.
+std::string sweep_table(std::vector<Row> const& rows);
+/// The conclusions from the rows, one sentence or two each.
+std::vector<std::string> findings(std::vector<Row> const& rows);
+/// Writes slots.svg into an existing folder: modelled time against slots.
+void write_plot(std::filesystem::path const& folder, std::vector<Row> const& rows);
+
+/// Writes the picture of the first page: a part of playbot_250k, on anchored tiles, which lack records, and with homes. Throws Error
+/// if the map is not there.
+void write_picture(Options const& options);
 
 } // namespace any_map
