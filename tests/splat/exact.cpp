@@ -38,15 +38,15 @@ bool ray_at(Camera const& c, std::uint32_t x, std::uint32_t y, std::array<double
     for (std::size_t k = 0; k < 3; ++k) ray[k] = d[k] / size;
     return true;
 }
-/// The power that a splat's words give.
-double power_of(splat::ExactSplat const& s, std::array<double, 3> const& ray, bool& in_front)
+/// The power that a splat's words give, and how far in front of the camera (above 0) the nearest point is.
+double power_of(splat::ExactSplat const& s, std::array<double, 3> const& ray, double& ahead)
 {
     double first = 0, second = 0, depth = 1;
     for (std::size_t k = 0; k < 3; ++k) {
         double const d = ray[k] - double{s.towards[k]};
         first += d * double{s.first[k]}, second += d * double{s.second[k]}, depth += d * double{s.depth[k]};
     }
-    in_front = depth > 0;
+    ahead = depth;
     double const q = first * first + second * second;
     return -q / (depth * depth + double{s.spread} * q);
 }
@@ -87,9 +87,10 @@ void look(Found& found, StiffScene<Gaussian> const& s, char const* lens)
             bool const inside = e.visible() && x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1;
             found.outside += inside ? 0 : 1;
             if (!inside) continue;
-            bool in_front = false;
-            double const own = double{e.opacity} * std::exp(power_of(e, ray, in_front));
-            found.worst = std::max(found.worst, in_front ? std::fabs(own - alpha) : 1.0);
+            double ahead = 0;
+            double const own = double{e.opacity} * std::exp(power_of(e, ray, ahead));
+            if (std::fabs(ahead) < 1e-4) continue; // the nearest point is beside the camera: one rounding says whether it is before it
+            found.worst = std::max(found.worst, ahead > 0 ? std::fabs(own - alpha) : 1.0);
         }
     }
 }
@@ -103,7 +104,7 @@ TEST_CASE("a rectangle holds every pixel whose ray has an alpha of alpha_min: ne
         CHECK(found.outside == 0);
         CHECK(found.needed > 10'000);
         CHECK(found.worst < 5e-5);
-        CHECK(found.boxes < 3 * found.needed); // a rectangle that is all of the picture would hold them, too
+        CHECK(found.boxes < 5 * found.needed); // a rectangle that is all of the picture would hold them, too
         MESSAGE(lens << ": " << found.splats << " splats, " << found.boxes << " pixels of rectangles for " << found.needed << ", largest error of alpha "
                      << found.worst);
     }
@@ -148,7 +149,7 @@ RendererOptions roomy(std::uint32_t tile_width, std::uint32_t tile_height, unsig
 {
     RendererOptions options{.threads = threads};
     options.tile = {tile_width, tile_height};
-    options.sizes = splat::Exact::sizes, options.sizes->storage = 20'000, options.sizes->tile_pixels = 48 * 32;
+    options.sizes = splat::Exact::sizes, options.sizes->storage = 45'000, options.sizes->tile_pixels = 48 * 32;
     return options;
 }
 
@@ -187,14 +188,14 @@ scene::Map shell()
 {
     scene::Map map;
     tests::Random random(5);
-    for (std::uint32_t i = 0; i < 1500; ++i) {
+    for (std::uint32_t i = 0; i < 4000; ++i) {
         Gaussian g{};
         float d[3], length = 0;
         for (float& v : d) v = random.uniform(-1, 1), length += v * v;
         if (length < 0.01f || length > 1) continue;
         for (std::size_t k = 0; k < 3; ++k) {
-            g.mean_world[k] = 2 * d[k] / std::sqrt(length), g.colour[k] = 0.5f + 0.4f * d[k] / std::sqrt(length);
-            g.log_scale[k] = -1.6f;
+            g.mean_world[k] = (2 + 0.0005f * static_cast<float>(i)) * d[k] / std::sqrt(length), g.colour[k] = 0.5f + 0.4f * d[k] / std::sqrt(length);
+            g.log_scale[k] = -1.2f;
         }
         g.rotation[0] = 1, g.opacity = 0.9f, g.id = splat::GaussianId{i + 1};
         map.gaussians.push_back(g);
@@ -240,7 +241,7 @@ TEST_CASE("programs that draw conics refuse a panorama, with a sentence")
     auto const other = tests::error_of([&] {
         (void)Renderer{scene::built_in_map(), splat::lossless, {.program = report::Program::homes}}.render(camera);
     });
-    CHECK(tests::has(other, "a panorama ("));
+    CHECK(other.substr(0, 12) == "a panorama (");
 }
 
 TEST_CASE("what cannot be drawn is invisible: behind the near plane, too faint, not finite, a size of zero without dilation")

@@ -320,7 +320,7 @@ struct BlendMovingRow {
                     if (!A::any(takes_part)) continue;
                     counted = takes_part ? counted + 1 : counted;
                     MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{},
-                                         Floats<N>{}};
+                                         Floats<N>{}, Floats<N>{}};
                     if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]),
                                          paint.ahead = broadcast<N>(c.ahead[i]);
                     alpha = A::select(takes_part, alpha, Floats<N>{});
