@@ -162,11 +162,8 @@ void refine_rows()
 
 } // namespace
 
-TEST_CASE("refiner: the catalogue's records stay valid with the second moment by kind")
+TEST_CASE("refiner: the catalogue's records stay valid with each optimiser")
 {
     refine_rows<splat::map::SecondMomentByKind>();
-}
-TEST_CASE("refiner: the catalogue's records stay valid with Adam")
-{
     refine_rows<splat::map::Adam>();
 }

@@ -1,43 +1,30 @@
 // test: unoptimised test, cost 5
 #include "../slam/support.hpp"
-#include "support.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
 
 using namespace tilemesh;
-using slam::Mapper;
-using slam::MapperOptions;
-using splat::map::Adam;
-using splat::map::GrowStep;
-using splat::map::SecondMomentByKind;
+using slam::Mapper, slam::MapperOptions;
+using splat::map::Adam, splat::map::GrowStep, splat::map::SecondMomentByKind;
 namespace on_slam = support::slam;
 
 namespace {
 constexpr float depth = 2, missing = std::numeric_limits<float>::quiet_NaN();
 
 /// Keyframes of the wall, with pixels that have no depth and some that do not count.
-struct Case {
-    std::vector<splat::Camera> cameras;
-    std::vector<mapping::Target> targets;
-};
+using Case = support::mapping::Views;
 Case keyframes(std::size_t n)
 {
-    Mapper truth(on_slam::wall(), depth);
-    Case out;
-    for (std::size_t k = 0; k < n; ++k) {
-        out.cameras.push_back(scene::make_camera(on_slam::pose(4 * k), on_slam::lens()));
-        auto const seen = truth.render(out.cameras.back());
-        auto target = mapping::make_target(seen.colour, seen.depth);
+    auto out = on_slam::keyframes(n);
+    for (auto& target : out.targets)
         for (std::uint32_t y = 0; y < 60; ++y)
             for (std::uint32_t x = 0; x < 96; ++x) {
                 auto& p = target.pixels[96 * y + x];
                 if (x > 40 && x < 47 && y > 11 && y < 17) p.depth = 0; // over a border of tiles
                 if ((x * 7 + y * 5) % 31 == 0) p.rgb[1] = missing;
             }
-        out.targets.push_back(std::move(target));
-    }
     return out;
 }
 MapperOptions mapper_options(slam::Optimiser optimiser, std::uint32_t cell = 2)
@@ -68,8 +55,7 @@ struct Result {
 };
 bool same(Result const& a, Result const& b)
 {
-    return a.counts == b.counts && a.records.size() == b.records.size() &&
-           std::memcmp(a.records.data(), b.records.data(), a.records.size() * sizeof a.records[0]) == 0;
+    return a.counts == b.counts && support::same_bits(a.records, b.records);
 }
 Result on_the_host(Case const& c, MapperOptions const& o)
 {
@@ -85,25 +71,13 @@ Result on_the_host(Case const& c, MapperOptions const& o)
 template <class Optimiser, template <class, class> class MeshOf = Mesh>
 using Growing = mapping::MeshRefiner<Optimiser, MeshOf, AnyMachine, GrowStep>;
 
-/// What `Mapper::add` does at each keyframe. After the second one, the records move to the tiles of its view.
 template <class Optimiser, template <class, class> class MeshOf = Mesh>
 Result on_a_mesh(Case const& c, MapperOptions const& m, mapping::MeshRefineOptions const& o)
 {
     Growing<Optimiser, MeshOf> mesh({}, c.cameras[0], o);
     Result out;
-    for (std::size_t k = 0; k < c.cameras.size(); ++k) {
-        auto const grown = mesh.insert(c.cameras[k], c.targets[k], static_cast<std::uint32_t>(k + 1));
-        CHECK(grown.refused == 0);
-        if (k == 1) mesh.rest(c.cameras[k]);
-        auto const rates = splat::map::usual_rates(depth) * m.rate;
-        auto const steps = k == 0 ? m.first_steps : m.steps;
-        for (std::uint32_t i = 0; i < steps; ++i) {
-            auto const by = slam::keyframe_of_step(k, i, m.window, m.seed);
-            mesh.step(c.cameras[by], c.targets[by], splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(steps)));
-            CHECK(mesh.lost().records + mesh.lost().copies == 0);
-        }
-        out.counts.push_back(grown.inserted), out.counts.push_back(mesh.remove(depth));
-    }
+    for (std::size_t k = 0; k < c.cameras.size(); ++k)
+        for (auto const n : on_slam::add_keyframe(mesh, c, k, m, depth)) out.counts.push_back(n);
     out.records = mesh.map().gaussians;
     return out;
 }
@@ -186,9 +160,7 @@ TEST_CASE("growth on the mesh: a full tile refuses the Gaussians of its last cel
         auto const grown = mesh.insert(c.cameras[0], c.targets[0], 1);
         CHECK(grown.inserted == expected.size());
         CHECK(grown.refused == wanted.records.size() - expected.size());
-        auto const records = mesh.map().gaussians;
-        REQUIRE(records.size() == expected.size());
-        CHECK(std::memcmp(records.data(), expected.data(), expected.size() * sizeof expected[0]) == 0);
+        CHECK(support::same_bits(mesh.map().gaussians, expected));
         CHECK(mesh.remove(depth) == 0);
     };
     for (std::uint32_t const channel : {1u, 200u}) {
@@ -219,13 +191,11 @@ TEST_CASE("growth on the mesh: what is removed, and what stays, of a map to star
     CHECK(mesh.run().messages() == 0);
     auto stays = start.gaussians;
     for (auto i = gone.rbegin(); i != gone.rend(); ++i) stays.erase(stays.begin() + *i);
-    auto const left = mesh.map().gaussians;
-    REQUIRE(left.size() == stays.size());
-    CHECK(std::memcmp(left.data(), stays.data(), stays.size() * sizeof stays[0]) == 0);
+    CHECK(support::same_bits(mesh.map().gaussians, stays));
     CHECK(mesh.remove(depth) == 0);
     std::size_t states = 0;
     for (auto [tile, list] : mesh.mesh().states<splat::map::OptimiserStates<Adam>>()) states += list.size();
-    CHECK(states == left.size());
+    CHECK(states == stays.size());
 }
 
 TEST_CASE("growth on the mesh: a tile's bytes, and a program that does not grow pays nothing")

@@ -1,15 +1,12 @@
 // test: unoptimised test, cost 4
 #include "../slam/support.hpp"
-#include "support.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/mapping/mesh_refiner.hpp>
 #include <tilemesh/splat/map/grow.hpp>
 #include <tilemesh/splat/map/optimise.hpp>
 
 using namespace tilemesh;
-using splat::map::Adam;
-using splat::map::SecondMomentByKind;
-using splat::map::Shaded;
+using splat::map::Adam, splat::map::SecondMomentByKind, splat::map::Shaded;
 namespace on_slam = support::slam;
 
 namespace {
@@ -63,10 +60,7 @@ std::vector<float> words_of(scene::Map const& map)
     }
     return out;
 }
-bool same(std::vector<float> const& a, std::vector<float> const& b)
-{
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
-}
+using support::same_bits;
 template <class Refiner>
 std::vector<double> steps(Refiner& refiner, Case const& c)
 {
@@ -86,12 +80,12 @@ void check_against_host(mapping::MeshRefineOptions const& o)
     auto const c = shaded_cloud(Degree);
     mapping::Refiner<Optimiser> host(c.start, o.refine);
     mapping::MeshRefiner<Shaded<Optimiser, Degree>, MeshOf> mesh(c.start, c.views.cameras[0], o);
-    CHECK(same(words_of(mesh.map()), words_of(c.start)));
+    CHECK(same_bits(words_of(mesh.map()), words_of(c.start)));
     CHECK(steps(mesh, c) == steps(host, c));
     CHECK(mesh.lost().records + mesh.lost().copies == 0);
     auto const after = mesh.map();
     CHECK(after.sh_degree == Degree);
-    CHECK(same(words_of(after), words_of(host.map())));
+    CHECK(same_bits(words_of(after), words_of(host.map())));
     std::size_t moved = 0, negative = 0;
     auto by_id = c.start.harmonics; // ids descend: the rows are turned around
     std::size_t const words = Shaded<Optimiser, Degree>::words, n = c.start.gaussians.size();
@@ -119,33 +113,21 @@ TEST_CASE("mapping step with harmonics: a map of degree 1 grows and shrinks on t
     m.remove.least_opacity = 0.72f;
     scene::Map empty;
     empty.sh_degree = 1;
-    slam::Mapper truth(on_slam::wall(), 2), host(empty, 2, m);
+    slam::Mapper host(empty, 2, m);
     auto o = options_for({16, 15}, 2, 3);
     o.refine.view.loss.depth = m.depth_weight;
     o.record_slots = 400;
     o.insert = m.insert, o.remove = m.remove;
-    std::vector<splat::Camera> cameras;
-    std::vector<mapping::Target> targets;
+    auto const views = on_slam::keyframes(2);
+    mapping::MeshRefiner<Shaded<SecondMomentByKind, 1>, Mesh, AnyMachine, splat::map::GrowStep> mesh(empty, views.cameras[0], o);
     for (std::size_t k = 0; k < 2; ++k) {
-        cameras.push_back(scene::make_camera(on_slam::pose(4 * k), on_slam::lens()));
-        auto const seen = truth.render(cameras[k]);
-        targets.push_back(mapping::make_target(seen.colour, seen.depth));
-    }
-    mapping::MeshRefiner<Shaded<SecondMomentByKind, 1>, Mesh, AnyMachine, splat::map::GrowStep> mesh(empty, cameras[0], o);
-    for (std::size_t k = 0; k < 2; ++k) {
-        auto const facts = host.add(cameras[k], targets[k]);
-        CHECK(mesh.insert(cameras[k], targets[k], static_cast<std::uint32_t>(k + 1)).inserted == facts.inserted);
-        auto const rates = splat::map::usual_rates(2) * m.rate;
-        for (std::uint32_t i = 0; i < facts.steps; ++i) {
-            auto const by = slam::keyframe_of_step(k, i, m.window, m.seed);
-            mesh.step(cameras[by], targets[by], splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(facts.steps)));
-        }
+        auto const facts = host.add(views.cameras[k], views.targets[k]);
         CHECK(facts.removed > 0);
-        CHECK(mesh.remove(2) == facts.removed);
+        CHECK(on_slam::add_keyframe(mesh, views, k, m, 2) == std::array{facts.inserted, facts.removed});
     }
     auto const after = mesh.map();
     CHECK(std::any_of(after.harmonics.begin(), after.harmonics.end(), [](float v) { return v != 0; }));
-    CHECK(same(words_of(after), words_of(host.map())));
+    CHECK(same_bits(words_of(after), words_of(host.map())));
     REQUIRE(after.gaussians.size() == host.map().gaussians.size());
     for (std::size_t i = 0; i < after.gaussians.size(); ++i) CHECK(after.gaussians[i].id == host.map().gaussians[i].id);
 }

@@ -2,23 +2,17 @@
 #include "support.hpp"
 
 using namespace tilemesh;
-using slam::Mapper;
-using slam::MapperOptions;
-using slam::Optimiser;
+using slam::Mapper, slam::MapperOptions, slam::Optimiser;
 namespace on_slam = support::slam;
 
 namespace {
-mapping::Target target_of(mapping::Seen const& seen)
-{
-    return mapping::make_target(seen.colour, seen.depth);
-}
 /// Four keyframes of the wall.
 scene::Map grown(MapperOptions const& o, std::vector<slam::Keyframe>* facts = nullptr)
 {
-    Mapper truth(on_slam::wall(), 2), mapper({}, 2, o);
+    Mapper mapper({}, 2, o);
+    auto const views = on_slam::keyframes(4);
     for (std::size_t k = 0; k < 4; ++k) {
-        auto const camera = scene::make_camera(on_slam::pose(4 * k), on_slam::lens());
-        auto const one = mapper.add(camera, target_of(truth.render(camera)));
+        auto const one = mapper.add(views.cameras[k], views.targets[k]);
         if (facts != nullptr) facts->push_back(one);
     }
     CHECK(mapper.keyframes() == 4);
@@ -27,8 +21,7 @@ scene::Map grown(MapperOptions const& o, std::vector<slam::Keyframe>* facts = nu
 }
 bool same(scene::Map const& a, scene::Map const& b)
 {
-    return a.gaussians.size() == b.gaussians.size() &&
-        std::memcmp(a.gaussians.data(), b.gaussians.data(), a.gaussians.size() * sizeof a.gaussians[0]) == 0;
+    return support::same_bits(a.gaussians, b.gaussians);
 }
 } // namespace
 
@@ -66,19 +59,12 @@ TEST_CASE("mapper: more steps take each keyframe once in a round, and make all o
     }
     CHECK(orders.size() > 5);
 
-    Mapper truth(on_slam::wall(), 2), mapper({}, 2);
+    Mapper mapper({}, 2);
     mapper.refine(5); // no keyframe
     CHECK(mapper.map().gaussians.empty());
-    std::vector<splat::Camera> cameras;
-    for (std::size_t k = 0; k < 3; ++k) {
-        cameras.push_back(scene::make_camera(on_slam::pose(4 * k), on_slam::lens()));
-        mapper.add(cameras.back(), target_of(truth.render(cameras.back())));
-    }
-    auto const mean = [&] {
-        double sum = 0;
-        for (auto const& c : cameras) sum += mapper.measure(c, target_of(truth.render(c))).psnr_db() / 3;
-        return sum;
-    };
+    auto const views = on_slam::keyframes(3);
+    for (std::size_t k = 0; k < 3; ++k) mapper.add(views.cameras[k], views.targets[k]);
+    auto const mean = [&] { return support::mapping::mean_psnr(mapper, views); };
     auto const before = mean();
     auto const gaussians = mapper.map().gaussians.size();
     mapper.refine(30);
@@ -89,14 +75,13 @@ TEST_CASE("mapper: more steps take each keyframe once in a round, and make all o
 
 TEST_CASE("mapper: `stop` ends the steps of a keyframe and of refine, and says so")
 {
-    Mapper truth(on_slam::wall(), 2);
-    auto const camera = scene::make_camera(on_slam::pose(0), on_slam::lens());
+    auto const views = on_slam::keyframes(1);
     int asked = 0;
     slam::MapperOptions options;
     options.first_steps = 5;
     options.stop = [&] { return ++asked == 3; };
     Mapper stopped({}, 2, options);
-    auto const key = stopped.add(camera, target_of(truth.render(camera)));
+    auto const key = stopped.add(views.cameras[0], views.targets[0]);
     CHECK(key.stopped);
     CHECK(key.steps == 3);
     CHECK(stopped.refine(4) == 4);
@@ -106,7 +91,7 @@ TEST_CASE("mapper: `stop` ends the steps of a keyframe and of refine, and says s
     options.first_steps = 3; // the last step is not asked about
     asked = 0;
     Mapper whole({}, 2, options);
-    auto const other = whole.add(camera, target_of(truth.render(camera)));
+    auto const other = whole.add(views.cameras[0], views.targets[0]);
     CHECK_FALSE(other.stopped);
     CHECK(other.steps == 3);
     CHECK(other.psnr_db != key.psnr_db); // rates fade over all steps that were asked for
@@ -114,9 +99,9 @@ TEST_CASE("mapper: `stop` ends the steps of a keyframe and of refine, and says s
 
 TEST_CASE("mapper: the first keyframe fills each cell with a depth, and the same picture again nearly none")
 {
-    Mapper truth(on_slam::wall(), 2);
-    auto const camera = scene::make_camera(on_slam::pose(0), on_slam::lens());
-    auto target = target_of(truth.render(camera));
+    auto const views = on_slam::keyframes(1);
+    auto const& camera = views.cameras[0];
+    auto target = views.targets[0];
     std::size_t open = 0, holes = 0;
     for (std::uint32_t y = 0; y < 60; ++y)
         for (std::uint32_t x = 0; x < 96; ++x) {
@@ -205,18 +190,21 @@ TEST_CASE("mapper: what it cannot do, it refuses with a line")
     float const infinity = std::numeric_limits<float>::infinity();
     for (float const depth : {0.0f, -1.0f, infinity, std::numeric_limits<float>::quiet_NaN()})
         CHECK(tests::error_of([&] { Mapper({}, depth); }).find("scene depth") != std::string::npos);
-    MapperOptions o;
-    o.rate = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a rate of 0") != std::string::npos);
-    o = {};
-    o.window = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("a window of 0") != std::string::npos);
-    o = {};
-    o.insert.cell = 0;
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("cells of 0") != std::string::npos);
-    o = {};
-    o.tile = {10, 10};
-    CHECK(tests::error_of([&] { Mapper({}, 1, o); }).find("tiles cannot have 10 x 10") != std::string::npos);
+    struct Row {
+        void (*change)(MapperOptions&);
+        char const* text;
+    };
+    for (Row const& row : {Row{[](MapperOptions& o) { o.rate = 0; }, "a rate of 0"},
+                           {[](MapperOptions& o) { o.window = 0; }, "a window of 0"},
+                           {[](MapperOptions& o) { o.insert.cell = 0; }, "cells of 0"},
+                           {[](MapperOptions& o) {
+                                o.tile = {10, 10};
+                            },
+                            "tiles cannot have 10 x 10"}}) {
+        MapperOptions o;
+        row.change(o);
+        CHECK(tests::has(tests::error_of([&] { Mapper({}, 1, o); }), row.text));
+    }
     auto map = on_slam::wall();
     map.gaussians[2].id = splat::GaussianId{1u << 20};
     CHECK(tests::error_of([&] { Mapper(map, 1); }).find("the id 1048576 cannot grow") != std::string::npos);

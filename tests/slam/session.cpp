@@ -5,10 +5,7 @@
 #include <tilemesh/slam/session.hpp>
 
 using namespace tilemesh;
-using slam::Frame;
-using slam::Mapper;
-using slam::Session;
-using slam::SessionOptions;
+using slam::Frame, slam::Mapper, slam::Session, slam::SessionOptions;
 using track::Verdict;
 namespace on_slam = support::slam;
 

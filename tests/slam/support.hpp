@@ -1,5 +1,5 @@
 #pragma once
-#include "../splat/support.hpp"
+#include "../mapping/support.hpp"
 #include <tilemesh/mapping/view_sums.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/slam/mapper.hpp>
@@ -39,9 +39,39 @@ inline scene::Intrinsics lens(std::uint32_t width = 96, std::uint32_t height = 6
     return scene::lens_of(support::lens(width, height));
 }
 /// What a camera with a sensor of depths sees of the map.
-inline mapping::Seen seen_from(tilemesh::slam::Mapper& truth, scene::Pose const& at)
+inline tilemesh::mapping::Seen seen_from(tilemesh::slam::Mapper& truth, scene::Pose const& at)
 {
     return truth.render(scene::make_camera(at, slam::lens()));
+}
+/// Keyframes 0 to n - 1: every fourth pose of the motion, and what is seen there.
+inline support::mapping::Views keyframes(std::size_t n)
+{
+    tilemesh::slam::Mapper truth(wall(), 2);
+    support::mapping::Views out;
+    for (std::size_t k = 0; k < n; ++k) {
+        out.cameras.push_back(scene::make_camera(pose(4 * k), slam::lens()));
+        auto const seen = truth.render(out.cameras.back());
+        out.targets.push_back(tilemesh::mapping::make_target(seen.colour, seen.depth));
+    }
+    return out;
+}
+/// What `Mapper::add` does at keyframe k, on a mesh that grows; at the second one, records move to the tiles of its view. Returns how many
+/// Gaussians came and went.
+template <class MeshRefiner>
+std::array<std::size_t, 2> add_keyframe(MeshRefiner& mesh, support::mapping::Views const& views, std::size_t k,
+                                        tilemesh::slam::MapperOptions const& m, float depth)
+{
+    auto const grown = mesh.insert(views.cameras[k], views.targets[k], static_cast<std::uint32_t>(k + 1));
+    CHECK(grown.refused == 0);
+    if (k == 1) mesh.rest(views.cameras[k]);
+    auto const rates = splat::map::usual_rates(depth) * m.rate;
+    auto const steps = k == 0 ? m.first_steps : m.steps;
+    for (std::uint32_t i = 0; i < steps; ++i) {
+        auto const by = tilemesh::slam::keyframe_of_step(k, i, m.window, m.seed);
+        mesh.step(views.cameras[by], views.targets[by], splat::map::faded(rates, static_cast<float>(i) / static_cast<float>(steps)));
+        CHECK(mesh.lost().records + mesh.lost().copies == 0);
+    }
+    return {grown.inserted, mesh.remove(depth)};
 }
 
 } // namespace support::slam

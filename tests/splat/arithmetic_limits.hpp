@@ -34,18 +34,9 @@ inline double alpha_rounding(splat::Splat const& s, double dx, double off0, doub
 inline std::vector<double> limits_of_fast(std::vector<splat::Gaussian> const& gaussians, splat::Camera const& camera,
                                           splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, rules);
-    auto const tiling = splat::make_tiling(camera.width, camera.height, camera.width, camera.height);
-    std::vector<std::pair<splat::Splat, splat::GaussianId>> items;
-    for (auto const& g : gaussians)
-        if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
-    std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-        return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
-    });
     std::vector<double> limits(std::size_t{camera.width} * camera.height, 0), transmittance(limits.size(), 1);
     double brightest = 0;
-    for (auto const& item : items) {
-        auto const& s = item.first;
+    for (auto const& s : sorted_splats(gaussians, splat::make_view(camera, rules))) {
         for (float c : s.colour) brightest = std::max(brightest, double{c});
         auto const r = s.rect();
         for (auto y = r.y0; y < r.y1; ++y)

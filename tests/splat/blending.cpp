@@ -1,6 +1,5 @@
 // test: without tsan
 #include "blended.hpp"
-#include "support.hpp"
 
 #pragma GCC diagnostic ignored "-Wpsabi" // more lanes than the target has are passed between functions that vanish
 
@@ -10,95 +9,111 @@ namespace inner = tilemesh::splat::detail;
 
 namespace {
 using Scene = support::SortedSplats;
-using Picture = support::Blended;
-using support::with;
+using support::blend, support::with;
 
-/// The frame in tiles of this size: one thread for all workers, or each of `workers` in turn.
-template <std::uint32_t Lanes = inner::lanes_in_use>
-Picture blend(Scene const& scene, Arithmetic arithmetic, std::uint32_t tile_width, std::uint32_t tile_height, std::uint32_t workers = 0)
-{
-    Rules rules = scene.rules;
-    rules.arithmetic = arithmetic;
-    auto const& c = scene.camera;
-    return support::blended_in_tiles(
-        scene, tile_width, tile_height,
-        [&](PixelRect const& tile, std::uint32_t n, auto const& at, FloatPixel* pixels, Picture& picture) {
-            if (workers == 0) {
-                PairCount counts[6] = {};
-                blend_whole_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, counts, 6);
-                for (auto const& count : counts) picture.count(count);
-            }
-            for (std::uint32_t w = 0; w < workers; ++w)
-                picture.count(blend_tile<Lanes>(tile, c, rules, n, at, pixels, c.width, Worker{w, workers}));
-        });
-}
 Scene varied(std::uint32_t n, std::uint32_t seed, Rules const& rules = {})
 {
     return Scene(support::varied(n, seed), support::lens(250, 131), rules);
 }
-double largest_difference(Picture const& a, Picture const& b)
+/// Layers of colour 1 that cover a whole small frame, the first in front, with these opacities in the middle of pixel (10, 10). Returns the
+/// pairs that are evaluated, and the pixel's value.
+std::pair<std::uint64_t, float> middle(std::vector<float> const& opacities, float limit, Stop stop)
 {
-    double most = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i)
-        for (int c = 0; c < 3; ++c) most = std::max(most, std::fabs(double{a.pixels[i].rgb[c]} - double{b.pixels[i].rgb[c]}));
-    return most;
+    auto camera = support::flat_camera(20, 20);
+    camera.cx = camera.cy = 10.5f;
+    std::vector<Gaussian> all;
+    for (float const opacity : opacities) {
+        all.push_back(support::ball(static_cast<std::uint32_t>(all.size()) + 1, 0, 0, 1000, opacity));
+        for (float& c : all.back().colour) c = 1;
+    }
+    Rules rules;
+    rules.transmittance_min = limit, rules.stop = stop;
+    auto const picture = blend(Scene(std::move(all), camera, rules), Arithmetic::precise, 20, 20);
+    return {picture.evaluated, picture.pixels[10 * 20 + 10].rgb[1]};
 }
 } // namespace
 
-TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pairs")
+TEST_CASE("blending: precise is the naive loop, bit for bit, and counts its pairs, with both rules of the stop")
 {
-    for (auto const& rules : {Rules{}, with([](Rules& m) { m.alpha_max = 0.99f; }), with([](Rules& m) { m.alpha_min = 0; }),
-                              with([](Rules& m) { m.transmittance_min = 0; }), with([](Rules& m) { m.transmittance_min = 0.5f; }),
-                              with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
-                              with([](Rules& m) { m.dilation = 0; })}) {
+    std::vector<Rules> all{Rules{},
+                           with([](Rules& m) { m.alpha_max = 0.99f; }),
+                           with([](Rules& m) { m.alpha_min = 0; }),
+                           with([](Rules& m) { m.transmittance_min = 0; }),
+                           with([](Rules& m) { m.transmittance_min = 0.5f; }),
+                           with([](Rules& m) { m.footprint = Footprint::three_sigma_square; }),
+                           with([](Rules& m) { m.dilation = 0; })};
+    for (float const limit : {0.0f, 1e-4f, 1e-3f, 3e-2f, 0.5f})
+        for (float const alpha_max : {0.99f, 1.0f}) {
+            auto& m = all.emplace_back();
+            m.stop = Stop::before_crossing, m.transmittance_min = limit, m.alpha_max = alpha_max;
+        }
+    for (auto const& rules : all) {
         auto const scene = varied(900, 31, rules);
-        auto const picture = blend(scene, Arithmetic::precise, 32, 20);
+        auto const picture = blend(scene, Arithmetic::precise, 32, 20), loop = support::by_loop(scene);
+        CHECK(picture == loop);
         auto const naive = report::render_naive(scene.gaussians, scene.camera, scene.rules);
-        std::uint64_t contributing = 0;
-        std::vector<float> transmittance(picture.pixels.size(), 1.0f);
-        for (auto const& s : scene.splats)
-            for (auto y = s.rect().y0; y < s.rect().y1; ++y)
-                for (auto x = s.rect().x0; x < s.rect().x1; ++x) {
-                    float& t = transmittance[std::size_t{y} * scene.camera.width + x];
-                    float const alpha =
-                        std::min(alpha_at(s, float(x) + 0.5f - scene.camera.cx, float(y) + 0.5f - scene.camera.cy), rules.alpha_max);
-                    if (t < rules.transmittance_min || alpha < rules.alpha_min) continue;
-                    t = t - alpha * t;
-                    ++contributing;
-                }
-        std::size_t different = 0;
-        for (std::uint32_t y = 0; y < scene.camera.height; ++y)
-            for (std::uint32_t x = 0; x < scene.camera.width; ++x)
-                different += std::memcmp(naive.pixel(x, y), picture.pixels[std::size_t{y} * scene.camera.width + x].rgb, 12) != 0;
-        CHECK(different == 0);
-        CHECK(picture.contributing == contributing);
+        CHECK(std::memcmp(naive.rgb.data(), loop.pixels.data(), naive.rgb.size() * sizeof(float)) == 0);
         CHECK(picture.contributing <= picture.evaluated);
+        if (rules.stop == Stop::after_crossing) continue;
+        auto other = scene;
+        other.rules.stop = Stop::after_crossing;
+        auto const model_rule = blend(other, Arithmetic::precise, 32, 20);
+        CHECK((model_rule == picture) == (rules.transmittance_min == 0)); // otherwise it blends more terms
+        CHECK(model_rule.contributing >= picture.contributing);
     }
 }
 
 TEST_CASE("blending: either arithmetic gives the same bits for any tiling, lanes and workers")
 {
-    auto const scene = varied(700, 32);
-    for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
-        auto const whole = blend(scene, arithmetic, 250, 131);
-        auto const tiles = blend(scene, arithmetic, 32, 20);
-        CHECK(whole == tiles);
-        CHECK(whole.contributing == tiles.contributing);
-        CHECK(whole == blend(scene, arithmetic, 17, 13));
-        CHECK(whole == blend(scene, arithmetic, 1, 131));
-        CHECK(whole == blend(scene, arithmetic, 250, 3));
-        CHECK(whole == blend<16>(scene, arithmetic, 32, 20));
-        CHECK(whole == blend<8>(scene, arithmetic, 32, 20));
-        CHECK(whole == blend<4>(scene, arithmetic, 32, 20));
-        CHECK(whole == blend<2>(scene, arithmetic, 32, 20));
-        CHECK(whole == blend<1>(scene, arithmetic, 32, 20));
-        for (std::uint32_t workers : {1u, 2u, 6u, 9u}) { // 9: more than a tile has blocks of 16 x 5
-            auto const by_workers = blend(scene, arithmetic, 32, 20, workers);
-            CHECK(whole == by_workers);
-            CHECK(by_workers.evaluated == tiles.evaluated);
-            CHECK(by_workers.contributing == tiles.contributing);
+    for (auto const& rules : {Rules{}, with([](Rules& m) { m.stop = Stop::before_crossing, m.transmittance_min = 1e-2f, m.alpha_max = 0.99f; })})
+        for (auto arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
+            auto const scene = varied(700, 32, rules);
+            auto const whole = blend(scene, arithmetic, 250, 131), tiles = blend(scene, arithmetic, 32, 20);
+            CHECK(whole == tiles);
+            CHECK(whole == blend(scene, arithmetic, 17, 13));
+            CHECK(whole == blend(scene, arithmetic, 1, 131));
+            CHECK(whole == blend(scene, arithmetic, 250, 3));
+            CHECK(whole == blend<16>(scene, arithmetic, 32, 20));
+            CHECK(whole == blend<8>(scene, arithmetic, 32, 20));
+            CHECK(whole == blend<4>(scene, arithmetic, 32, 20));
+            CHECK(whole == blend<2>(scene, arithmetic, 32, 20));
+            CHECK(whole == blend<1>(scene, arithmetic, 32, 20));
+            for (std::uint32_t workers : {1u, 2u, 6u, 9u}) { // 9: more than a tile has blocks of 16 x 5
+                auto const by_workers = blend(scene, arithmetic, 32, 20, workers);
+                CHECK(whole == by_workers);
+                CHECK(by_workers.evaluated == tiles.evaluated);
+            }
         }
+}
+
+TEST_CASE(
+    "blending: a pixel exactly at the limit goes on, one below it ends: with the term, or before crossing without it, even if the next term is faint")
+{
+    struct Row {
+        std::vector<float> opacities;
+        float limit, before, after; ///< the values of the two rules
+    };
+    float const above = std::nextafter(0.25f, 1.0f);
+    for (Row const& row : {Row{{0.5f, 0.5f, 0.5f}, 0.25f, 0.75f, 0.875f}, // halves are exact: 1/2 and 1/4 are left
+                           {{0.5f, 0.5f, 0.5f}, above, 0.5f, 0.75f},
+                           {{0.5f, 0.5f}, 1.0f, 0, 0.5f},               // with a limit of 1 only the model's rule blends a term
+                           {{0.5f, 0.75f, 0.25f}, 0.25f, 0.5f, 0.875f}, // 0.25 would leave 0.375
+                           {{0.5f, 0.25f}, 0.25f, 0.625f, 0.625f},
+                           {{1.0f, 0.25f}, 1e-4f, 0, 1}, // an opaque term always crosses
+                           {{0.5f, 1.0f, 0.25f, 0.25f, 0.25f}, 1e-4f, 0.5f, 1},
+                           {{1.0f, 1.0f}, 0, 1, 1}}) { // a limit of 0 never stops
+        CAPTURE(row.opacities.size());
+        CAPTURE(row.limit);
+        CHECK(middle(row.opacities, row.limit, Stop::before_crossing).second == row.before);
+        CHECK(middle(row.opacities, row.limit, Stop::after_crossing).second == row.after);
     }
+}
+
+TEST_CASE("blending, stop before crossing: a block whose pixels have all ended looks at no more than 64 further splats")
+{
+    auto const evaluated = [](float opacity) { return middle(std::vector<float>(1000, opacity), 1e-2f, Stop::before_crossing).first; };
+    CHECK(evaluated(0.9f) == 8 * 80 * 64);   // 2 x 4 blocks; two layers are blended, the third ends every pixel
+    CHECK(evaluated(1e-2f) == 8 * 80 * 512); // 0.99^458 is the last above a hundredth
 }
 
 TEST_CASE("blending: one thread for all workers counts what each of them counts")
@@ -185,61 +200,6 @@ TEST_CASE("blending: rows blended apart, as in WebAssembly, have the bits and th
     check_rows_apart<inner::StopEachPixel, false>(varied(300, 84, with([](Rules& m) { m.alpha_max = 0.99f; })));
 }
 
-TEST_CASE("blending: fast is within its bound of precise")
-{
-    double most = 0;
-    for (std::uint32_t seed = 41; seed < 45; ++seed) {
-        auto const scene = varied(900, seed);
-        // Without cut-offs the two arithmetics draw the same pairs.
-        auto const open = varied(900, seed, with([](Rules& m) { m.transmittance_min = 0; }));
-        auto const difference = largest_difference(blend(scene, Arithmetic::precise, 32, 20), blend(scene, Arithmetic::fast, 32, 20));
-        most = std::max(most, difference);
-        CHECK(difference > 0); // otherwise the recurrence was never used
-        CHECK(largest_difference(blend(open, Arithmetic::precise, 32, 20), blend(open, Arithmetic::fast, 32, 20)) < 5e-3);
-    }
-    // A flip at alpha_min moves a pixel by at most alpha_min times a colour: 1/255 times 1.
-    CHECK(most < 5e-3);
-
-    // One splat alone: alpha itself, over pixels that both draw. Needles leave the recurrence's range in some of their blocks.
-    // Without dilation, alpha of the thinnest needles rises from nothing to its peak within a block.
-    double relative = 0;
-    for (auto const& rules : {Rules{}, with([](Rules& m) { m.alpha_max = 0.99f; }), with([](Rules& m) { m.dilation = 0; })}) {
-        for (auto const& g : varied(500, 46).gaussians) {
-            Scene const one({g}, support::lens(120, 75), rules);
-            auto const precise = blend(one, Arithmetic::precise, 120, 75), fast = blend(one, Arithmetic::fast, 120, 75);
-            for (std::size_t i = 0; i < precise.pixels.size(); ++i)
-                for (int c = 0; c < 3; ++c) {
-                    double const u = precise.pixels[i].rgb[c], v = fast.pixels[i].rgb[c];
-                    if (u != 0 && v != 0) relative = std::max(relative, std::fabs(u - v) / u);
-                    if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0)); // only a faint value may be in one picture alone
-                }
-        }
-    }
-    // Needles whose means are far outside the frame, up to distances that consist of rounding errors.
-    support::Random random(47);
-    double far = 0;
-    for (int k = 0; k < (support::fast() ? 300 : 3000); ++k) {
-        float const length = std::exp(random.uniform(0.0f, 16.0f)), z = random.uniform(1.0f, 4.0f);
-        Gaussian g{{random.uniform(-1, 1) * length, random.uniform(-1, 1) * length, z}, {1, 1, 1}, random.uniform(0.3f, 1.0f),
-                   {std::cos(0.5f), 0, 0, std::sin(0.5f)}, {std::log(length), random.uniform(-9, -2), -9}, GaussianId{1}};
-        float const turn = random.uniform(0.0f, 3.14f); // towards the frame's middle, more or less
-        g.rotation[0] = std::cos(turn), g.rotation[3] = std::sin(turn);
-        Scene const one({g}, support::lens(64, 40));
-        auto const precise = blend(one, Arithmetic::precise, 64, 40), fast = blend(one, Arithmetic::fast, 64, 40);
-        for (auto const& p : fast.pixels) CHECK((p.rgb[0] >= 0 && p.rgb[0] <= 1));
-        for (std::size_t i = 0; i < precise.pixels.size(); ++i) {
-            double const u = precise.pixels[i].rgb[0], v = fast.pixels[i].rgb[0];
-            if (u != 0 && v != 0) far = std::max(far, std::fabs(u - v));
-            if (std::max(u, v) > 5e-3) CHECK((u != 0 && v != 0));
-        }
-    }
-    MESSAGE("needles from far away: at most ", far);
-    CHECK(far < 2e-5);
-    MESSAGE("largest relative difference of alpha: ", relative, "; largest difference of a pixel: ", most);
-    CHECK(relative > 0);
-    CHECK(relative < 2e-5);
-}
-
 TEST_CASE("blending: a polynomial of each degree has the error that it claims")
 {
     auto const error = [](auto rule) {
@@ -290,29 +250,40 @@ TEST_CASE("blending: pixels outside a rectangle get nothing, however bright the 
             }
 }
 
-TEST_CASE("blending: an opaque wall stops a block within 64 splats")
+TEST_CASE("blending: an opaque wall stops a block or a cell within 64 splats")
 {
-    auto const camera = support::flat_camera(16, 5);
-    Splat s{};
-    s.along = s.across = -1e-9f;
-    s.opacity = 0.95f; // 0.05^2 is the first power below 5e-3, 0.05^4 below 1e-4
-    s.faintest = -5;
-    s.depth_key = splat::key_of_depth(1);
-    s.columns = 0u | 16u << 16;
-    s.rows = 0u | 5u << 16;
-    auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
-    std::vector<FloatPixel> pixels(80);
-    for (auto const& each : {std::pair(Rules{}.transmittance_min, 2u), std::pair(1e-4f, 4u)})
-        for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 1000u}) {
-            auto const stop = each.first;
-            auto const layers = each.second;
-            CAPTURE(stop);
-            PairCount counts[1] = {};
+    struct Row {
+        Arithmetic arithmetic;
+        std::uint32_t height; ///< of a block of 16 x 5, or two cells of 8 x 8
+        float stop;
+        std::uint32_t layers; ///< 0.05^2 is the first power below 5e-3, 0.05^4 below 1e-4
+    };
+    for (Row const& row : {Row{Arithmetic::precise, 5, Rules{}.transmittance_min, 2},
+                           {Arithmetic::precise, 5, 1e-4f, 4},
+                           {Arithmetic::fast, 8, Rules{}.transmittance_min, 2}})
+        for (std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 63u, 64u, 65u, 127u, 128u, 129u, 1000u}) {
+            CAPTURE(row.height);
+            CAPTURE(row.stop);
+            Splat s{};
+            s.along = s.across = -1e-9f;
+            s.opacity = 0.95f;
+            s.faintest = -5;
+            s.depth_key = splat::key_of_depth(1);
+            s.columns = 0u | 16u << 16;
+            s.rows = 0u | row.height << 16;
+            auto const at = [&](std::uint32_t) noexcept -> Splat const& { return s; };
+            auto const camera = support::flat_camera(16, row.height);
             Rules rules;
-            rules.transmittance_min = stop;
-            blend_whole_tile(PixelRect{0, 16, 0, 5}, camera, rules, n, at, pixels.data(), 16, counts, 1);
-            CHECK(counts[0].evaluated * pairs_a_count == 80 * std::min(n, 64u));
-            CHECK(counts[0].contributing == 80 * std::min(n, layers));
+            rules.transmittance_min = row.stop;
+            rules.arithmetic = row.arithmetic;
+            std::vector<FloatPixel> pixels(16 * row.height);
+            PairCount counts[1] = {};
+            blend_whole_tile(PixelRect{0, 16, 0, row.height}, camera, rules, n, at, pixels.data(), 16, counts, 1);
+            CHECK(counts[0].evaluated * pairs_a_count == 16 * row.height * std::min(n, 64u));
+            CHECK(counts[0].contributing == 16 * row.height * std::min(n, row.layers));
+            auto const one = blend_tile(PixelRect{0, 16, 0, row.height}, camera, rules, n, at, pixels.data(), 16, Worker{0, 1});
+            CHECK(one.evaluated == counts[0].evaluated);
+            CHECK(one.contributing == counts[0].contributing);
         }
 }
 

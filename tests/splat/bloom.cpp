@@ -3,11 +3,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::Dropping;
-using support::make_runner;
-using support::Screens;
-using support::sized;
-using support::Whole;
+using support::Dropping, support::make_runner, support::Screens, support::sized, support::Whole;
 
 namespace {
 /// Renders a hand-held path over a cloud. After every frame it compares each tile's records with brute force.

@@ -1,5 +1,6 @@
 // test: optimised, cost 8
 // The bound of float32 pictures against the enclosure of the exact formula: no channel escapes, for any rules, degrees and tilings.
+#include "../compare_reports.hpp"
 #include "../report/stiff_scene.hpp"
 #include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
@@ -12,8 +13,7 @@
 namespace {
 
 using namespace tilemesh;
-using splat::BoundedSplat;
-using splat::SortKey;
+using splat::BoundedSplat, splat::SortKey;
 using tests::Random;
 using tests::StiffScene;
 
@@ -96,6 +96,37 @@ void compare(Sum& sum, std::uint32_t n)
     compare(sum, both.pixels, exact);
 }
 
+/// 16 x 16 pixels, 45 degrees.
+splat::Camera small_camera()
+{
+    splat::Camera c{};
+    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8.25f, c.near_depth = 0.2f;
+    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    return c;
+}
+/// n Gaussians one behind the other, and what a pixel sees of one. Their colours: at least .5, or 0 and 1.
+struct Behind {
+    splat::Camera camera = small_camera();
+    std::vector<splat::Gaussian> records;
+    Behind(std::uint32_t n, bool black_and_white, Random& random)
+    {
+        for (std::uint32_t i = 0; i < n; ++i) {
+            auto& g = records.emplace_back();
+            g = {};
+            g.mean_world[0] = random.uniform(-.5f, .5f), g.mean_world[1] = random.uniform(-.5f, .5f), g.mean_world[2] = 2 + static_cast<float>(i);
+            for (float& q : g.rotation) q = random.uniform(-1, 1);
+            for (float& v : g.log_scale) v = random.uniform(-3, 0);
+            for (float& v : g.colour) v = black_and_white ? static_cast<float>(i) : random.uniform(.5f, 1);
+            g.opacity = random.uniform(.4f, .8f), g.id = splat::GaussianId{i + 1};
+        }
+    }
+    float alpha(std::size_t i, std::uint32_t x, std::uint32_t y) const
+    {
+        auto const s = splat::project(records[i], splat::make_view(camera, {}), {16, 16});
+        return splat::alpha_at(s, static_cast<float>(x) + 0.5f - camera.cx, static_cast<float>(y) + 0.5f - camera.cy);
+    }
+};
+
 TEST_CASE("no channel of stiff scenes escapes its bound: all rules, all degrees, needles, walls, opaque and huge splats")
 {
     Sum sum;
@@ -132,30 +163,15 @@ TEST_CASE("the bound is not a hundred times too large where needles decide")
 TEST_CASE("a float that decides otherwise at the cut, or at the stop, is bounded")
 {
     Random random(11);
-    splat::Camera c{};
-    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8.25f, c.near_depth = 0.2f;
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
     Sum sum;
     std::uint32_t cuts = 0, stops = 0;
     for (std::uint32_t n = 0; n < 200; ++n) {
-        std::vector<splat::Gaussian> records;
-        for (std::uint32_t i = 0; i < 3; ++i) {
-            splat::Gaussian g{};
-            g.mean_world[0] = random.uniform(-.5f, .5f), g.mean_world[1] = random.uniform(-.5f, .5f), g.mean_world[2] = 2 + static_cast<float>(i);
-            for (float& q : g.rotation) q = random.uniform(-1, 1);
-            for (float& v : g.log_scale) v = random.uniform(-3, 0);
-            for (float& v : g.colour) v = random.uniform(.5f, 1);
-            g.opacity = random.uniform(.4f, .8f), g.id = splat::GaussianId{i + 1};
-            records.push_back(g);
-        }
+        Behind const scene(3, false, random);
+        auto const& [c, records] = scene;
         splat::Rules rules;
-        auto const alpha = [&](std::size_t i, std::uint32_t x, std::uint32_t y) {
-            auto const s = splat::project(records[i], splat::make_view(c, rules), {16, 16});
-            return splat::alpha_at(s, static_cast<float>(x) + 0.5f - c.cx, static_cast<float>(y) + 0.5f - c.cy);
-        };
         bool const at_cut = n % 2 == 0;
         std::uint32_t const x = n % 8 + 4, y = n / 8 % 8 + 4;
-        float const first = alpha(0, x, y), second = alpha(1, x, y);
+        float const first = scene.alpha(0, x, y), second = scene.alpha(1, x, y);
         if (first < 0.01f || second < 0.01f) continue;
         if (at_cut) rules.alpha_min = first;
         else if (n % 4 == 1) rules.transmittance_min = 1 - first;
@@ -176,29 +192,14 @@ TEST_CASE("a float that decides otherwise at the cut, or at the stop, is bounded
 TEST_CASE("a colour behind a doubtful stop and at a doubtful cut is bounded")
 {
     Random random(1);
-    splat::Camera c{};
-    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8.25f, c.near_depth = 0.2f;
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
     Sum sum;
     std::uint32_t tried = 0;
     for (std::uint32_t n = 0; n < 1500; ++n) {
-        std::vector<splat::Gaussian> records;
-        for (std::uint32_t i = 0; i < 2; ++i) {
-            splat::Gaussian g{};
-            g.mean_world[0] = random.uniform(-.5f, .5f), g.mean_world[1] = random.uniform(-.5f, .5f), g.mean_world[2] = 2 + static_cast<float>(i);
-            for (float& q : g.rotation) q = random.uniform(-1, 1);
-            for (float& v : g.log_scale) v = random.uniform(-3, 0);
-            for (float& v : g.colour) v = static_cast<float>(i);
-            g.opacity = random.uniform(.4f, .8f), g.id = splat::GaussianId{i + 1};
-            records.push_back(g);
-        }
+        Behind const scene(2, true, random);
+        auto const& [c, records] = scene;
         splat::Rules rules;
         if (n % 4 == 3) rules.stop = splat::Stop::before_crossing;
-        auto const alpha = [&](std::size_t i) {
-            auto const s = splat::project(records[i], splat::make_view(c, rules), {16, 16});
-            return splat::alpha_at(s, static_cast<float>(n % 8 + 4) + 0.5f - c.cx, static_cast<float>(n / 8 % 8 + 4) + 0.5f - c.cy);
-        };
-        float const first = alpha(0), second = alpha(1);
+        float const first = scene.alpha(0, n % 8 + 4, n / 8 % 8 + 4), second = scene.alpha(1, n % 8 + 4, n / 8 % 8 + 4);
         if (first < 0.05f || second < 0.02f || first < 1.5f * second) continue;
         rules.transmittance_min = std::nextafter(1 - first, 2.0f), rules.alpha_min = std::nextafter(second, 2.0f);
         Frame<splat::Gaussian> frame(records, c, rules);
@@ -248,9 +249,8 @@ TEST_CASE("tiles that cut blocks count the pairs of `precise`, and have the boun
 TEST_CASE("depths are compared exactly, and a run in another order is bounded")
 {
     Random random(3);
-    splat::Camera c{};
-    c.width = c.height = 16, c.fx = c.fy = 16, c.cx = c.cy = 8, c.near_depth = 0.2f;
-    for (int i = 0; i < 3; ++i) c.rotation[i][i] = 1;
+    auto c = small_camera();
+    c.cx = c.cy = 8;
     for (int i = 0; i < 20'000; ++i) {
         for (float& v : c.rotation[2]) v = random.uniform(-1, 1);
         float a[3], b[3];
@@ -321,10 +321,12 @@ TEST_CASE("a mesh that bounds: the picture of `precise`, one bound for all tilin
         }
         auto const again = render(std::type_identity<BasicRenderer<splat::Bounded>>{}, {40, 36}, 3);
         CHECK(again.alpha.values == first.alpha.values);
+        CHECK(report::first_difference(again.report, first.report) == "");
         if (arithmetic == splat::Arithmetic::precise) {
             CHECK(first.image.rgb == plain.image.rgb);
             auto const checked = render(std::type_identity<BasicRenderer<splat::Bounded, CheckedMesh>>{}, {40, 36}, 1);
             CHECK(checked.alpha.values == first.alpha.values);
+            CHECK(report::first_difference(checked.report, first.report) == "");
         }
         auto const e = report::enclose(map.gaussians, camera, rules, {.threads = 2});
         std::uint64_t escapes = 0;

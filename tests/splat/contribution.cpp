@@ -6,10 +6,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::compare;
-using support::LargestDrop;
-using support::LargestHold;
-using support::make_runner;
+using support::compare, support::LargestDrop, support::LargestHold, support::make_runner;
 
 namespace {
 /// A list of a tile, for a ranking alone.

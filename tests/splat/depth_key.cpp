@@ -1,9 +1,5 @@
 // The depth order: its key rises with the depth, and orders neighbours that a float32 orders wrongly.
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <tilemesh/renderer.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/splat/depth_key.hpp>
 #include <tilemesh/splat/project_all.hpp>
 
@@ -125,12 +121,8 @@ TEST_CASE("depth key: of neighbours that a float32 orders wrongly the nearer one
         auto const middle = [](report::Image const& image) { return image.pixel(24, 20); };
         CHECK(middle(naive)[1] > 10 * middle(naive)[0]);
         for (auto const program : {report::Program::anchored, report::Program::homes}) {
-            RendererOptions options;
-            options.program = program;
-            options.arithmetic = Arithmetic::precise;
-            options.quality = Quality::evaluation;
-            auto const frame = Renderer{map, options}.render(camera);
-            CHECK(frame.image.rgb == naive.rgb);
+            RendererOptions const options{.arithmetic = Arithmetic::precise, .quality = Quality::evaluation, .program = program};
+            CHECK(Renderer{map, options}.render(camera).image.rgb == naive.rgb);
         }
     }
     Gaussian twin = pairs[0][0]; // equal depths: the lower id is in front

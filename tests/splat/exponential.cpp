@@ -45,9 +45,7 @@ TEST_CASE("exponential: exact at zero, monotone to a bound at both ends, never i
 TEST_CASE("exponential: no power below zero gives more than 1")
 {
     for (std::uint32_t i = 0; i < 0x3f000000u; i += 4099) { // negative floats from -0 down to -0.5
-        float x;
-        std::uint32_t const bits = i | 0x80000000u;
-        std::memcpy(&x, &bits, 4);
+        auto const x = std::bit_cast<float>(i | 0x80000000u);
         if (!(exponential(x) <= 1.0f)) FAIL("above 1 at ", x);
     }
 }

@@ -2,18 +2,10 @@
 // A step that a setup leaves out costs no byte and no counter. A step that it has but does not need changes no bit.
 #include "../compare_reports.hpp"
 #include "runner.hpp"
-#include <doctest/doctest.h>
-#include <map>
-#include <span>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::make_runner;
-using support::Minimal;
-using support::NoBloom;
-using support::NoRouting;
-using support::Shaded;
-using support::Whole;
+using support::make_runner, support::Minimal, support::NoBloom, support::NoRouting, support::Shaded, support::Whole;
 
 namespace {
 // --- bytes -----------------------------------------------------------------------------------------------------------------------
@@ -109,6 +101,11 @@ bool no_bloom(report::FrameReport const& r)
 {
     return r.exchanges.bloom == 0 && r.copies == 0 && r.messages == r.hops && r.refused.copies_full == 0 &&
            r.refused.copies_refused == 0;
+}
+bool same_splats(report::FrameReport const& a, report::FrameReport const& b)
+{
+    return a.gaussians.visible == b.gaussians.visible && a.gaussians.parked == b.gaussians.parked && a.pairs == b.pairs &&
+           a.pairs_contributing == b.pairs_contributing;
 }
 bool no_exchange(report::FrameReport const& r)
 {
@@ -257,10 +254,7 @@ TEST_CASE("fitted: bloom changes no bit and no counter if no footprint spans two
             CHECK(support::differing_pixels(frame->image, naive) == 0);
             CHECK(no_bloom(frame->report));
             CHECK(frame->report.lost.empty());
-            CHECK(frame->report.gaussians.visible == d.report.gaussians.visible);
-            CHECK(frame->report.gaussians.parked == d.report.gaussians.parked);
-            CHECK(frame->report.pairs == d.report.pairs);
-            CHECK(frame->report.pairs_contributing == d.report.pairs_contributing);
+            CHECK(same_splats(frame->report, d.report));
         }
         CHECK((a.report.exchanges.route > 0) == moved);
         CHECK(report::first_difference(a.report, b.report, {"exchanged_bytes.capacity", "passes.bloom"}) == "");
@@ -294,10 +288,7 @@ TEST_CASE("fitted: one tile that holds the frame needs neither; its planes chang
         CHECK(no_exchange(b.report));
         CHECK(no_routing(b.report));
         CHECK(no_bloom(b.report));
-        CHECK(a.report.pairs == b.report.pairs);
-        CHECK(a.report.pairs_contributing == b.report.pairs_contributing);
-        CHECK(a.report.gaussians.visible == b.report.gaussians.visible);
-        CHECK(a.report.gaussians.parked == b.report.gaussians.parked);
+        CHECK(same_splats(a.report, b.report));
         CHECK(b.depth.empty());
         CHECK(b.alpha.empty());
         CHECK(c.depth.values.size() == 64 * 48);
@@ -345,12 +336,7 @@ TEST_CASE("fitted: without bloom a footprint ends at its anchor tile, and every 
 TEST_CASE("fitted: without routing the host places every view anew, on both engines and any number of threads")
 {
     auto const gaussians = support::cloud(300, 185);
-    auto const options = [](std::uint32_t threads) {
-        auto o = tiles_of_16;
-        o.threads = threads;
-        o.digest = true;
-        return o;
-    };
+    auto const options = [](std::uint32_t threads) { return RendererOptions{.threads = threads, .grid = {4, 3}, .tile = {16, 16}, .digest = true}; };
     auto const placed = make_runner<NoRouting>(support::map_of(gaussians), options(1));
     auto const threads = make_runner<NoRouting>(support::map_of(gaussians), options(3));
     auto const checked = make_runner<NoRouting, CheckedMesh>(support::map_of(gaussians), options(1));
@@ -377,8 +363,7 @@ TEST_CASE("fitted: without routing the host places every view anew, on both engi
 TEST_CASE("fitted: without routing a record whose tile is full is listed, and the picture lacks exactly these records")
 {
     auto const gaussians = support::cloud(300, 186);
-    auto options = tiles_of_16;
-    options.storage_slots = 20;
+    RendererOptions const options{.grid = {4, 3}, .tile = {16, 16}, .storage_slots = 20};
     auto const minimal = make_runner<Minimal>(support::map_of(gaussians), options);
     auto const blooms = make_runner<NoRouting>(support::map_of(gaussians), options);
     std::uint64_t most_unplaced = 0;

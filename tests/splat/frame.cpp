@@ -8,9 +8,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::make_runner;
-using support::naive;
-using support::scenes;
+using support::make_runner, support::naive, support::scenes;
 using Default = Referenced<Lossless>; // the setup of Renderer
 
 namespace {

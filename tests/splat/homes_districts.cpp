@@ -1,15 +1,8 @@
 // test: unoptimised asan, without tsan, cost 20
 // Homes on tiles that have no room for a window of each tile: districts of tiles share an entry of the table.
 #include "support.hpp"
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <optional>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/naive.hpp>
-#include <vector>
 
 using namespace tilemesh;
 namespace homes = splat::homes;
@@ -41,10 +34,7 @@ render::Setup wafer_choice(std::uint32_t district)
 }
 RendererOptions on(Grid grid)
 {
-    RendererOptions o;
-    o.grid = {grid.width, grid.height};
-    o.digest = true;
-    return o;
+    return {.grid = {grid.width, grid.height}, .digest = true};
 }
 /// In each round, is the table of every tile that of the hulls of the districts' windows?
 template <class Renderer>

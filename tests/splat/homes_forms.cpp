@@ -2,16 +2,10 @@
 // The forms of the program of homes: records of all degrees, depth, alpha and 8-bit pixels, by value and by reference, and its ledger.
 #include "../compare_reports.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/blending.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 namespace homes = splat::homes;
@@ -102,11 +96,7 @@ render::Setup choice_of(std::uint32_t degree)
 }
 RendererOptions on_grid(std::uint32_t threads = 1)
 {
-    RendererOptions o;
-    o.grid = {4, 3};
-    o.threads = threads;
-    o.digest = true;
-    return o;
+    return {.threads = threads, .grid = {4, 3}, .digest = true};
 }
 constexpr std::uint32_t width = 83, height = 47;
 std::vector<splat::Camera> views()
@@ -118,17 +108,10 @@ std::vector<splat::Camera> views()
 template <class Record>
 std::vector<Planes> one_list(std::vector<Record> const& records, splat::Camera const& camera, splat::Rules const& rules)
 {
-    auto const view = splat::make_view(camera, rules);
-    auto const tiling = splat::make_tiling(width, height, width, height);
-    std::vector<std::pair<splat::Splat, splat::GaussianId>> items;
-    for (auto const& g : records)
-        if (auto const s = splat::project(g, view, tiling); s.visible()) items.emplace_back(s, g.id);
-    std::sort(items.begin(), items.end(), [](auto const& a, auto const& b) {
-        return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second;
-    });
+    auto const splats = support::sorted_splats(records, splat::make_view(camera, rules));
     std::vector<Planes> pixels(width * height);
-    auto const at = [&](std::uint32_t i) -> splat::Splat const& { return items[i].first; };
-    splat::blend_tile({0, width, 0, height}, camera, rules, static_cast<std::uint32_t>(items.size()), at, pixels.data(), width, Worker{0, 1});
+    auto const at = [&](std::uint32_t i) -> splat::Splat const& { return splats[i]; };
+    splat::blend_tile({0, width, 0, height}, camera, rules, static_cast<std::uint32_t>(splats.size()), at, pixels.data(), width, Worker{0, 1});
     return pixels;
 }
 /// The number of pixels of a frame that differ from the list's, in its colours or in a plane that it has.
@@ -158,6 +141,18 @@ void check_same_work(report::FrameReport const& a, report::FrameReport const& b)
     CHECK(a.exchanges.total() == b.exchanges.total());
     CHECK(a.peak_storage == b.peak_storage);
     CHECK(a.peak_channel == b.peak_channel);
+}
+/// Renderers by value and by reference show the list's pixels, by the same work.
+template <class Record>
+void check_both(auto& values, auto& rows, std::vector<Record> const& records)
+{
+    for (auto const& view : views()) {
+        auto const list = one_list(records, view, values.rules());
+        auto const a = values.render(view), r = rows.render(view);
+        CHECK(differing(a, list) == 0);
+        CHECK(differing(r, list) == 0);
+        check_same_work(a.report, r.report);
+    }
 }
 } // namespace
 
@@ -219,42 +214,17 @@ TEST_CASE("homes: degree 2 with 8-bit pixels, by value and by reference")
     }
 }
 
-TEST_CASE("homes: degree 3, by value and by reference, precise and fast")
+TEST_CASE("homes: degree 3, by value and by reference, precise and fast; rows and columns that are longer than a parcel")
 {
     auto const map = map_of_degree(3, support::fast() ? 60 : 150);
     auto const records = scene::records<splat::ShadedGaussian<3>>(map);
-    auto const c = choice_of(3);
-    for (auto const arithmetic : {splat::Arithmetic::precise, splat::Arithmetic::fast}) {
-        auto o = on_grid();
-        o.arithmetic = arithmetic;
-        render::HomesRenderer<homes::ValuePolicies<3>> values(map, c, o);
-        render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
-        for (auto const& view : views()) {
-            auto const list = one_list(records, view, values.rules());
-            auto const a = values.render(view), r = rows.render(view);
-            CHECK(differing(a, list) == 0);
-            CHECK(differing(r, list) == 0);
-            check_same_work(a.report, r.report);
-        }
-    }
-}
-
-TEST_CASE("homes: rows and columns that are longer than a parcel, by value and by reference")
-{
-    auto const map = map_of_degree(3, support::fast() ? 60 : 150);
-    auto const records = scene::records<splat::ShadedGaussian<3>>(map);
-    auto const c = choice_of(3);
-    auto o = on_grid();
-    o.grid = {6, 12};
     static_assert(homes::make_fold(width, height, {6, 12}, true).y.tiles > homes::parcel_rows);
-    render::HomesRenderer<homes::ValuePolicies<3>> values(map, c, o);
-    render::HomesRenderer<homes::HostPolicies<>> rows(map, c, o);
-    for (auto const& view : views()) {
-        auto const list = one_list(records, view, values.rules());
-        auto const a = values.render(view), r = rows.render(view);
-        CHECK(differing(a, list) == 0);
-        CHECK(differing(r, list) == 0);
-        check_same_work(a.report, r.report);
+    for (auto const& [grid, arithmetic] : {std::pair{Extent2{4, 3}, splat::Arithmetic::precise}, std::pair{Extent2{4, 3}, splat::Arithmetic::fast},
+                                           std::pair{Extent2{6, 12}, splat::Arithmetic::precise}}) {
+        RendererOptions const o{.grid = grid, .arithmetic = arithmetic, .digest = true};
+        render::HomesRenderer<homes::ValuePolicies<3>> values(map, choice_of(3), o);
+        render::HomesRenderer<homes::HostPolicies<>> rows(map, choice_of(3), o);
+        check_both(values, rows, records);
     }
 }
 
@@ -274,13 +244,7 @@ TEST_CASE("homes: hundreds of splats arrive on a tile in one pass, and some reac
         if (event.kernel == homes::Deliver<homes::HostPolicies<>>::name) most = std::max(most, arrived - before);
         before = arrived;
     });
-    for (auto const& view : views()) {
-        auto const list = one_list(records, view, values.rules());
-        auto const a = values.render(view), r = rows.render(view);
-        CHECK(differing(a, list) == 0);
-        CHECK(differing(r, list) == 0);
-        check_same_work(a.report, r.report);
-    }
+    check_both(values, rows, records);
     CHECK(most > 128); // more than a host notes at once (deliver.hpp)
 }
 
@@ -291,12 +255,7 @@ TEST_CASE("homes: choices and sizes that cannot work are refused, and lose nothi
     auto const map = map_of_degree(0, 24);
     auto const view = support::lens(width, height);
     auto const error = [&](render::Setup const& c, auto tag, RendererOptions const& o = on_grid()) -> std::string {
-        try {
-            typename decltype(tag)::type(map, c, o).render(view);
-            return "";
-        } catch (Error const& e) {
-            return e.what();
-        }
+        return tests::error_of([&] { typename decltype(tag)::type(map, c, o).render(view); });
     };
     auto const good = choice_of(0);
     machine::Tag<Rows> const rows;

@@ -3,7 +3,6 @@
 // the renderers whose types say planes and steps, have the same pictures, reports, digests and tiles.
 #include "references.hpp"
 #include <tilemesh/render/homes_renderer.hpp>
-#include <type_traits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -28,6 +27,15 @@ static_assert(!is_served_by_words<Referenced<OwnRouting>> && !is_served_by_words
 static_assert(std::is_same_v<BasicRenderer<support::Whole, PortMesh>::Core, BasicRenderer<support::Whole, Mesh>::Core>,
               "by value there is no port");
 
+/// Two frames have the same pictures, planes, reports and digests.
+void check_same(RenderedFrame const& a, RenderedFrame const& b)
+{
+    CHECK(support::differing_pixels(a.image, b.image) == 0);
+    CHECK(support::differing(a.depth, b.depth) == 0);
+    CHECK(support::differing(a.alpha, b.alpha) == 0);
+    CHECK(report::first_difference(a.report, b.report) == "");
+    CHECK(a.report.digests == b.report.digests);
+}
 /// Renders the cameras with the types of setup S by reference, and with its words on 1 and 2 threads and on the engine that checks.
 /// Returns the digests of all frames.
 template <class S>
@@ -50,13 +58,9 @@ std::vector<std::uint64_t> same_as_types(scene::Map const& map, RendererOptions 
         for (auto* const renderer : {&one, &two, &checks}) {
             INFO("renderer ", renderer == &one ? 1 : renderer == &two ? 2 : 3);
             renderer->render_into(cameras[i], other);
-            CHECK(support::differing_pixels(other.image, frame.image) == 0);
-            CHECK(support::differing(other.depth, frame.depth) == 0);
-            CHECK(support::differing(other.alpha, frame.alpha) == 0);
+            check_same(other, frame);
             CHECK(other.depth.values.empty() == !S::Pixel::has_depth);
             CHECK(other.alpha.values.empty() == !S::Pixel::has_alpha);
-            CHECK(report::first_difference(other.report, frame.report) == "");
-            CHECK(other.report.digests == frame.report.digests);
             CHECK(renderer->trace() == one.trace());
         }
         digests.insert(digests.end(), frame.report.digests.begin(), frame.report.digests.end());
@@ -127,9 +131,7 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
 {
     using Planes = WithAlpha<WithDepth<FloatPixel>>;
     auto const map = cloud(support::fast() ? 80 : 200, 78);
-    RendererOptions options;
-    options.grid = {4, 3};
-    options.digest = true;
+    RendererOptions const options{.grid = {4, 3}, .digest = true};
     auto more = options;
     more.threads = 2;
     for (auto const& planes : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
@@ -151,12 +153,8 @@ TEST_CASE("host words: the program of homes, with and without planes, on threads
             auto const frame = types->render(camera);
             for (auto* const renderer : {&two, &checks}) {
                 auto const other = renderer->render(camera);
-                CHECK(support::differing_pixels(other.image, frame.image) == 0);
-                CHECK(support::differing(other.depth, frame.depth) == 0);
-                CHECK(support::differing(other.alpha, frame.alpha) == 0);
+                check_same(other, frame);
                 CHECK(frame.depth.values.empty() == !depth);
-                CHECK(report::first_difference(other.report, frame.report) == "");
-                CHECK(other.report.digests == frame.report.digests);
                 CHECK(renderer->trace() == two.trace());
             }
         }

@@ -5,9 +5,7 @@
 // The project's strongest promise: if nothing is lost, the mesh's picture is the naive one, bit for bit.
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::naive;
-using support::Scene;
-using support::scenes;
+using support::naive, support::Scene, support::scenes;
 
 namespace {
 enum class Motion { cold, teleport, orbit };
@@ -50,9 +48,7 @@ std::uint64_t differing(Scene const& s, std::size_t camera, Extent2 tile, std::u
 }
 constexpr Extent2 tile_sizes[] = {{16, 20}, {32, 20}, {64, 40}, {24, 24}, {7, 13}, {1280, 720}};
 constexpr std::uint32_t thread_counts[] = {1, 2, 3, 7};
-} // namespace
 
-namespace {
 /// Row t of a camera's rows: camera x tile is complete; the other axes step at rates that make every pair of values occur.
 struct Row {
     std::uint32_t threads;

@@ -1,7 +1,6 @@
 // test: without tsan
 // Every instruction set that the processor has gives the same bits. What has no lanes is the judge.
 #include "blended.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/instruction_sets.hpp>
 #include <tilemesh/splat/project_all.hpp>
 
@@ -29,19 +28,6 @@ void with_each_set(Look&& look)
     }
     CHECK(use_instruction_set(before));
 }
-
-/// Small and large splats, needles and opaque ones: all kinds that a block lists, evaluates apart, clamps and stops at.
-support::SortedSplats varied(std::uint32_t n, Rules const& rules)
-{
-    auto gaussians = support::cloud(n, 81);
-    for (auto& g : gaussians) {
-        auto const id = static_cast<std::uint32_t>(g.id);
-        if (id % 5 == 1) g.log_scale[0] += 2, g.log_scale[1] -= 4;
-        if (id % 11 == 3) g.opacity = 1;
-        if (id % 101 == 5) g.log_scale[0] += 4, g.log_scale[1] += 4;
-    }
-    return {std::move(gaussians), support::lens(250, 131), rules};
-}
 } // namespace
 
 TEST_CASE("instruction sets: the compiler's is always there; a set that is not there is refused and changes nothing")
@@ -65,7 +51,7 @@ TEST_CASE("instruction sets: each blends the same bits and counts the same pairs
     for (auto rules : {Rules{}, clamped})
         for (auto const arithmetic : {Arithmetic::precise, Arithmetic::fast}) {
             rules.arithmetic = arithmetic;
-            auto const scene = varied(700, rules);
+            support::SortedSplats const scene(support::varied(700, 81), support::lens(250, 131), rules);
             PixelRect const tile{3, 131, 2, 99}; // cuts blocks on all sides
             auto const stride = tile.x1 - tile.x0;
             auto const at = [&](std::uint32_t i) noexcept -> Splat const& { return scene.splats[i]; };

@@ -1,11 +1,7 @@
 // test: optimised, needs data, cost 5
 #include "map_reference.hpp"
-#include "support.hpp"
-#include <tilemesh/scene/built_in.hpp>
-#include <tilemesh/scene/camera_json.hpp>
-#include <tilemesh/scene/ply.hpp>
+#include "scenes.hpp"
 #include <tilemesh/splat/map/loss.hpp>
-#include <tuple>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -101,12 +97,8 @@ void compare(Errors& errors, std::vector<Gaussian> const& gaussians, Camera cons
         if (std::fabs(sx - c.limit_x) < 1e-3 || std::fabs(sy - c.limit_y) < 1e-3) continue; // a step begins or ceases to clamp
         if (camera.lens.kind == LensKind::fisheye) ++bent;
         else if (camera.lens.kind != LensKind::pinhole) { // beyond a lens's limit its Jacobian does not move
-            double p[2] = {0, 0}, z = 0;
-            for (std::size_t j = 0; j < 3; ++j) {
-                double const d = g[j] - c.position[j];
-                p[0] += c.rotation[0][j] * d, p[1] += c.rotation[1][j] * d, z += c.rotation[2][j] * d;
-            }
-            if (std::hypot(p[0], p[1]) > (double{c.bent.lens.limit} - 1e-3) * z) continue;
+            auto const& p = f.splats[i].p;
+            if (std::hypot(p[0], p[1]) > (double{c.bent.lens.limit} - 1e-3) * p[2]) continue;
             ++bent;
         }
         map::Slopes<D> one;
@@ -160,7 +152,7 @@ TEST_CASE("map slopes: through lenses they agree with central differences in dou
 
 TEST_CASE("map slopes: parameters agree with central differences in double on whole maps")
 {
-    auto const check = [](std::string const& name, std::vector<Gaussian> const& map, Camera const& whole) {
+    support::with_front_views([](std::string const& name, std::vector<Gaussian> const& map, Camera const& whole) {
         Rules rules;
         Errors errors;
         for (std::uint32_t window = 0; window < (support::fast() ? 1u : 4u); ++window) {
@@ -169,17 +161,7 @@ TEST_CASE("map slopes: parameters agree with central differences in double on wh
             compare(errors, map, camera, bounds_of(whole, rules), window, 37); // of those that the window does not show, all slopes are 0
         }
         errors.check(name);
-    };
-    check("built-in", scene::built_in_map().gaussians, scene::built_in_camera({160, 90}));
-    auto const data = support::data();
-    if (data.empty() || !std::filesystem::exists(data / "cameras.json")) {
-        MESSAGE("skipped: Sloth and Salad (TILEMESH_DATA)");
-        return;
-    }
-    for (std::string const name : {"sloth", "salad"}) {
-        auto const cameras = scene::select_cameras(scene::load_cameras(data / "cameras.json"), name + "/front", name);
-        check(name, scene::load_ply(data / "maps" / (name + ".ply")).gaussians, scene::resized(cameras.front().camera, 160, 90));
-    }
+    });
 }
 
 TEST_CASE("map slopes: in float they are within 2e-5 of double in the L2 norm of a kind, from the same moments")

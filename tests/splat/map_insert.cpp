@@ -5,11 +5,7 @@
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using splat::map::CellGrid;
-using splat::map::CellSums;
-using splat::map::InsertRules;
-using splat::map::RemoveRules;
-using splat::map::ShownPixel;
+using splat::map::CellGrid, splat::map::CellSums, splat::map::InsertRules, splat::map::RemoveRules, splat::map::ShownPixel;
 
 namespace {
 constexpr float none = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();

@@ -1,10 +1,7 @@
 #pragma once
 #include "pose_reference.hpp"
-#include "support.hpp"
-#include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/map/chain.hpp>
 #include <tilemesh/splat/map/walk.hpp>
-#include <tilemesh/splat/view.hpp>
 
 // A projection and blending in double, of Gaussians whose parameters are doubles. It shares no code with the kernels. Central differences
 // of it are the truth.
@@ -19,62 +16,17 @@ using Parameters = std::array<double, splat::map::parameters>;
 inline Parameters parameters_of(splat::Gaussian const& g)
 {
     double const o = std::clamp(double{g.opacity}, 1e-6, 1 - 1e-6);
-    return {g.mean_world[0], g.mean_world[1], g.mean_world[2], g.log_scale[0], g.log_scale[1], g.log_scale[2], g.rotation[0],
-            g.rotation[1], g.rotation[2],
-            g.rotation[3], std::log(o / (1 - o)), g.colour[0], g.colour[1], g.colour[2]};
+    return {g.mean_world[0], g.mean_world[1], g.mean_world[2], g.log_scale[0],        g.log_scale[1], g.log_scale[2], g.rotation[0],
+            g.rotation[1],   g.rotation[2],   g.rotation[3],   std::log(o / (1 - o)), g.colour[0],    g.colour[1],    g.colour[2]};
 }
 
-struct Splat {
-    double u, v, z;    ///< pixels relative to the principal point
-    double a, b, c, d; ///< dilated covariance, its determinant
-    double opacity, colour[3];
-
-    double raw_alpha(double x, double y) const
-    {
-        double const dx = x - u, dy = y - v;
-        return opacity * std::exp(-0.5 * (c * dx * dx - 2 * b * dx * dy + a * dy * dy) / d);
-    }
-};
+using pose::Splat;
 inline bool project(Parameters const& g, Camera const& c, splat::Rules const& m, Splat& s)
 {
-    double const dilation = m.dilation;
-    double p[3], v[2][3];
-    for (int i = 0; i < 3; ++i) {
-        p[i] = 0;
-        for (std::size_t j = 0; j < 3; ++j) p[i] += c.rotation[i][j] * (g[j] - c.position[j]);
-    }
-    bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
-    auto const point = splat::through_lens<double>(c.bent, p);
-    if (!((bends ? point.depth : p[2]) > c.near_depth) || !point.seen) return false;
-    double const w = g[6], x = g[7], y = g[8], z = g[9], t = 2 / (w * w + x * x + y * y + z * z);
-    double const turn[3][3] = {{1 - t * (y * y + z * z), t * (x * y - w * z), t * (x * z + w * y)},
-                               {t * (x * y + w * z), 1 - t * (x * x + z * z), t * (y * z - w * x)},
-                               {t * (x * z - w * y), t * (y * z + w * x), 1 - t * (x * x + y * y)}};
-    double const jx = std::clamp(p[0] / p[2], -c.limit_x, c.limit_x), jy = std::clamp(p[1] / p[2], -c.limit_y, c.limit_y);
-    for (std::size_t k = 0; k < 3; ++k) {
-        double axis[3];
-        for (int i = 0; i < 3; ++i) {
-            axis[i] = c.rotation[i][0] * turn[0][k] + c.rotation[i][1] * turn[1][k] + c.rotation[i][2] * turn[2][k];
-            axis[i] *= std::exp(g[3 + k]);
-        }
-        v[0][k] = c.fx / p[2] * (axis[0] - jx * axis[2]);
-        v[1][k] = c.fy / p[2] * (axis[1] - jy * axis[2]);
-        for (std::size_t row = 0; bends && row < 2; ++row)
-            v[row][k] = point.by[row][0] * axis[0] + point.by[row][1] * axis[1] + point.by[row][2] * axis[2];
-    }
-    double const n[3] = {v[0][1] * v[1][2] - v[0][2] * v[1][1], v[0][2] * v[1][0] - v[0][0] * v[1][2],
-                         v[0][0] * v[1][1] - v[0][1] * v[1][0]};
-    double const a = v[0][0] * v[0][0] + v[0][1] * v[0][1] + v[0][2] * v[0][2],
-        cc = v[1][0] * v[1][0] + v[1][1] * v[1][1] + v[1][2] * v[1][2];
-    s.b = v[0][0] * v[1][0] + v[0][1] * v[1][1] + v[0][2] * v[1][2];
-    s.d = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + dilation * (a + cc + dilation); // a c - b^2 loses the digits of needles
-    s.a = a + dilation, s.c = cc + dilation;
-    s.u = c.fx * p[0] / p[2], s.v = c.fy * p[1] / p[2], s.z = p[2];
-    if (bends) s.u = point.at[0], s.v = point.at[1], s.z = point.depth;
+    if (!pose::place({g[0], g[1], g[2]}, {g[3], g[4], g[5]}, {g[6], g[7], g[8], g[9]}, c, m, s)) return false;
     s.opacity = 1 / (1 + std::exp(-g[10]));
-    if (m.coverage == splat::Coverage::preserved)
-        s.opacity *= std::sqrt(std::max(double{0.000025f}, (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / s.d));
-    for (std::size_t i = 0; i < 3; ++i) s.colour[i] = g[11 + i];
+    if (m.coverage == splat::Coverage::preserved) s.opacity *= std::sqrt(std::max(double{0.000025f}, s.minor / s.d));
+    std::copy_n(g.begin() + 11, 3, s.colour);
     return true;
 }
 

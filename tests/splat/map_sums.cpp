@@ -1,6 +1,5 @@
 // test: unoptimised test, cost 3
 #include "map_reference.hpp"
-#include "support.hpp"
 #include <tilemesh/splat/map/tile.hpp>
 
 using namespace tilemesh;
@@ -9,21 +8,7 @@ namespace reference = support::map;
 using reference::D;
 
 namespace {
-/// The splats of a view, front to back.
-std::vector<Splat> sorted_splats(std::vector<Gaussian> const& gaussians, View const& view)
-{
-    std::vector<std::pair<Splat, GaussianId>> all;
-    for (auto const& g : gaussians) {
-        auto const s = project(g, view, TileSize{view.camera.width, view.camera.height});
-        if (s.visible()) all.emplace_back(s, g.id);
-    }
-    std::sort(all.begin(), all.end(),
-              [](auto const& a,
-                 auto const& b) { return a.first.depth_key != b.first.depth_key ? a.first.depth_key < b.first.depth_key : a.second < b.second; });
-    std::vector<Splat> out;
-    for (auto const& one : all) out.push_back(one.first);
-    return out;
-}
+using support::sorted_splats;
 /// A picture that the map does not explain: residuals of both signs, holes in the depth, pixels that do not count.
 std::vector<TargetPixel> random_target(Camera const& camera, std::uint64_t seed)
 {
@@ -41,17 +26,12 @@ struct Sums {
     double loss = 0;
     std::uint32_t pixels = 0;
 
-    bool operator==(Sums const& other) const
-    {
-        return of.size() == other.of.size() && pixels == other.pixels &&
-            (of.empty() || std::memcmp(of.data(), other.of.data(), of.size() * sizeof of[0]) == 0);
-    }
+    bool operator==(Sums const& other) const { return pixels == other.pixels && support::same_bits(of, other.of); }
 };
 /// The sums of a frame over tiles, workers that take turns, and blocks in an order of the test's.
 template <std::uint32_t Lanes, std::uint32_t Group, std::uint32_t Size>
-Sums sums_over(std::vector<Splat> const& splats, View const& view, map::LossRules const& loss, std::vector<TargetPixel> const& target,
-               TileSize size, std::uint32_t workers = 1,
-               std::uint64_t order = 0)
+Sums sums_over(std::vector<Splat> const& splats, View const& view, map::LossRules const& loss, std::vector<TargetPixel> const& target, TileSize size,
+               std::uint32_t workers = 1, std::uint64_t order = 0)
 {
     auto const memory = std::make_unique<map::WalkMemory<Group, Size>>();
     auto const tiling = make_tiling(view.camera.width, view.camera.height, size.tile_width, size.tile_height);
@@ -352,13 +332,9 @@ TEST_CASE("map sums: what is not a number stays in its pixel, and no sum leaves 
         auto const view = make_view(camera, rules);
         auto cloud = support::cloud(60, seed);
         for (auto& g : cloud) {
-            auto const spoil = [&](float& v) {
-                if (random.below(12) == 0) v = odd[random.below(sizeof odd / sizeof odd[0])];
-            };
-            for (float& v : g.mean_world) spoil(v);
-            for (float& v : g.log_scale) spoil(v);
-            for (float& v : g.colour) spoil(v);
-            spoil(g.opacity);
+            support::spoil(g, random, 12);
+            for (float& v : g.colour)
+                if (random.below(12) == 0) v = odd[random.below(std::size(odd))];
         }
         auto const splats = sorted_splats(cloud, view);
         auto target = random_target(camera, seed);

@@ -4,15 +4,7 @@
 #include "../../bench/common/packed_record.hpp"
 #include "../compare_reports.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <string>
 #include <tilemesh/render/setup.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -157,12 +149,7 @@ TEST_CASE("packed records: a map that was not rounded is refused before a frame"
     RendererOptions const options{.tile = {16, 16}};
     ByValue<Compact16> renderer(map, render::setup_for<Small<Compact16>>(options), options, {});
     renderer.begin_with(p);
-    std::string why;
-    try {
-        (void)renderer.render(support::lens(96, 64));
-    } catch (Error const& e) {
-        why = e.what();
-    }
+    auto const why = tests::error_of([&] { (void)renderer.render(support::lens(96, 64)); });
     CHECK(why == "Gaussian 8 (the form that tiles store has no place for its numbers); give the renderer records that were rounded to "
                  "that form");
 }

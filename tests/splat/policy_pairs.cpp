@@ -3,15 +3,8 @@
 // have the bits of the naive loop over what is not missing (over the rounded records, if tiles store packed ones).
 #include "../../bench/common/packed_record.hpp"
 #include "support.hpp"
-#include <algorithm>
-#include <cstdint>
-#include <doctest/doctest.h>
-#include <set>
 #include <tilemesh/render/setup.hpp>
 #include <tilemesh/splat/contribution.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -181,6 +174,18 @@ scene::Map map_for(std::vector<Gaussian> gaussians, std::uint32_t records)
     return support::map_of(std::move(gaussians));
 }
 
+/// Runs run(map, options, slots, records) for every capacity. Returns what was seen of maps that do not fit, and of those that do.
+template <class Run>
+std::array<Seen, 2> over_capacities(std::vector<Gaussian> const& gaussians, Run const& run)
+{
+    std::array<Seen, 2> seen;
+    for (std::uint32_t const slots : {1u, 2u, 8u})
+        for (std::uint32_t const records : storages) {
+            auto const map = map_for(gaussians, records);
+            seen[records < map.gaussians.size() ? 0 : 1].add(run(map, options_of(slots, records), slots, records));
+        }
+    return seen;
+}
 template <class S>
 void check_pair()
 {
@@ -195,15 +200,11 @@ void check_pair()
             g = parameters.unpack(record);
         }
     }
-    Seen full, roomy;
-    for (std::uint32_t const slots : {1u, 2u, 8u})
-        for (std::uint32_t const records : storages) {
-            auto const map = map_for(gaussians, records);
-            auto const options = options_of(slots, records);
-            RendererOf<S> renderer(map, render::setup_for<S>(options), options, {});
-            if constexpr (packed<P>) renderer.begin_with(parameters);
-            (records < map.gaussians.size() ? full : roomy).add(render_path<P>(renderer, map, slots, records));
-        }
+    auto const [full, roomy] = over_capacities(gaussians, [&](auto const& map, auto const& options, std::uint32_t slots, std::uint32_t records) {
+        RendererOf<S> renderer(map, render::setup_for<S>(options), options, {});
+        if constexpr (packed<P>) renderer.begin_with(parameters);
+        return render_path<P>(renderer, map, slots, records);
+    });
     CHECK(full.lost > 500);
     CHECK(roomy.lost == 0);
     CHECK(roomy.moved > 500);
@@ -223,15 +224,10 @@ TEST_CASE("policy pairs: packed records of 16 bytes")
 
 TEST_CASE("policy pairs: largest first and prefetch")
 {
-    Seen full;
-    for (std::uint32_t const slots : {1u, 2u, 8u})
-        for (std::uint32_t const records : storages) {
-            auto const map = map_for(heap(), records);
-            auto const options = options_of(slots, records);
-            render::HostRenderer renderer(map, render::setup_for<Largest>(options), options, {});
-            auto const seen = render_path<render::HostPolicies, true>(renderer, map, slots, records);
-            if (records < map.gaussians.size()) full.add(seen);
-        }
+    auto const full = over_capacities(heap(), [](auto const& map, auto const& options, std::uint32_t slots, std::uint32_t records) {
+        render::HostRenderer renderer(map, render::setup_for<Largest>(options), options, {});
+        return render_path<render::HostPolicies, true>(renderer, map, slots, records);
+    })[0];
     CHECK(full.lost > 500);
     CHECK(full.prefetched > 500);
     CHECK(full.missing_cover() < ranked_cover);

@@ -47,21 +47,32 @@ inline Camera moved(Camera c, std::uint32_t column, double step)
 }
 
 struct Splat {
+    double p[3];             ///< the mean in view space
     double u, v, z;          ///< pixels relative to the principal point
     double a, b, c;          ///< dilated covariance
+    double minor, d;         ///< its determinant without dilation and with it; a c - b^2 loses the digits of needles
     double v1[3], v2[3], u3[3];
     double opacity, colour[3];
     splat::GaussianId id;
-};
-inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules const& m, Splat& s)
-{
-    double p[3];
-    for (int i = 0; i < 3; ++i) {
-        p[i] = 0;
-        for (int j = 0; j < 3; ++j) p[i] += c.rotation[i][j] * (double{g.mean_world[j]} - c.position[j]);
+
+    double raw_alpha(double x, double y) const
+    {
+        double const dx = x - u, dy = y - v;
+        return opacity * std::exp(-0.5 * (c * dx * dx - 2 * b * dx * dy + a * dy * dy) / d);
     }
-    if (!(p[2] > c.near_depth) || !(g.opacity >= m.alpha_min)) return false;
-    double const q[4] = {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]};
+};
+/// Place and covariance of a Gaussian. False if the camera does not see its mean.
+inline bool place(std::array<double, 3> const& mean, std::array<double, 3> const& log_scale, std::array<double, 4> const& q, Camera const& c,
+                  splat::Rules const& m, Splat& s)
+{
+    for (int i = 0; i < 3; ++i) {
+        s.p[i] = 0;
+        for (std::size_t j = 0; j < 3; ++j) s.p[i] += c.rotation[i][j] * (mean[j] - c.position[j]);
+    }
+    auto const& p = s.p;
+    bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
+    auto const point = splat::through_lens<double>(c.bent, p);
+    if (!((bends ? point.depth : p[2]) > c.near_depth) || (bends && !point.seen)) return false;
     double const t = 2 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     double const turn[3][3] = {{1 - t * (q[2] * q[2] + q[3] * q[3]), t * (q[1] * q[2] - q[0] * q[3]), t * (q[1] * q[3] + q[0] * q[2])},
                                {t * (q[1] * q[2] + q[0] * q[3]), 1 - t * (q[1] * q[1] + q[3] * q[3]), t * (q[2] * q[3] - q[0] * q[1])},
@@ -69,13 +80,11 @@ inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules cons
     double const sx = p[0] / p[2], sy = p[1] / p[2];
     double const jx = std::clamp(sx, -c.limit_x, c.limit_x), jy = std::clamp(sy, -c.limit_y, c.limit_y);
     double jacobian[2][3] = {{c.fx / p[2], 0, -c.fx / p[2] * jx}, {0, c.fy / p[2], -c.fy / p[2] * jy}};
-    bool const bends = c.bent.lens.kind != splat::LensKind::pinhole;
-    auto const point = splat::through_lens<double>(c.bent, p);
     for (int i = 0; bends && i < 2; ++i)
         for (int j = 0; j < 3; ++j) jacobian[i][j] = point.by[i][j];
     s.a = s.c = double{m.dilation}, s.b = 0;
-    for (int k = 0; k < 3; ++k) {
-        double const scale = std::exp(double{g.log_scale[k]});
+    for (std::size_t k = 0; k < 3; ++k) {
+        double const scale = std::exp(log_scale[k]);
         double axis[3];
         for (int i = 0; i < 3; ++i) {
             axis[i] = 0;
@@ -86,9 +95,23 @@ inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules cons
         for (int i = 0; i < 3; ++i) s.v1[k] += jacobian[0][i] * axis[i], s.v2[k] += jacobian[1][i] * axis[i];
         s.a += s.v1[k] * s.v1[k], s.b += s.v1[k] * s.v2[k], s.c += s.v2[k] * s.v2[k];
     }
-    s.u = c.fx * sx, s.v = c.fy * sy, s.z = p[2], s.opacity = std::min(1.0f, g.opacity), s.id = g.id;
-    if (bends) s.u = point.at[0], s.v = point.at[1];
-    for (int i = 0; i < 3; ++i) s.colour[i] = g.colour[i];
+    s.minor = 0;
+    for (int i = 0; i < 3; ++i) {
+        double const n = s.v1[(i + 1) % 3] * s.v2[(i + 2) % 3] - s.v1[(i + 2) % 3] * s.v2[(i + 1) % 3];
+        s.minor += n * n;
+    }
+    s.d = s.minor + double{m.dilation} * (s.a + s.c - double{m.dilation});
+    s.u = bends ? point.at[0] : c.fx * sx, s.v = bends ? point.at[1] : c.fy * sy, s.z = bends ? point.depth : p[2];
+    return true;
+}
+inline bool project(splat::Gaussian const& g, Camera const& c, splat::Rules const& m, Splat& s)
+{
+    if (!(g.opacity >= m.alpha_min)) return false;
+    if (!place({g.mean_world[0], g.mean_world[1], g.mean_world[2]}, {g.log_scale[0], g.log_scale[1], g.log_scale[2]},
+               {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]}, c, m, s))
+        return false;
+    s.opacity = std::min(1.0f, g.opacity), s.id = g.id;
+    std::copy_n(g.colour, 3, s.colour);
     return true;
 }
 /// Colour, transmittance and depth of each pixel. `order`: the Gaussians to blend, front to back.
@@ -125,10 +148,7 @@ inline std::vector<Pixel> render(std::vector<Splat> const& splats, Camera const&
             Pixel p{{0, 0, 0}, 1, 0};
             double depth = 0;
             for (auto const& s : splats) {
-                double const dx = x + 0.5 - c.cx - s.u, dy = y + 0.5 - c.cy - s.v;
-                double const n1 = s.v1[1] * s.v2[2] - s.v1[2] * s.v2[1], n2 = s.v1[2] * s.v2[0] - s.v1[0] * s.v2[2], n3 = s.v1[0] * s.v2[1] - s.v1[1] * s.v2[0];
-                double const h = double{m.dilation}, determinant = n1 * n1 + n2 * n2 + n3 * n3 + h * (s.a + s.c - h); // a c - b^2 loses digits of needles
-                double const alpha = std::min(double{m.alpha_max}, s.opacity * std::exp(-0.5 * (s.c * dx * dx - 2 * s.b * dx * dy + s.a * dy * dy) / determinant));
+                double const alpha = std::min(double{m.alpha_max}, s.raw_alpha(x + 0.5 - c.cx, y + 0.5 - c.cy));
                 if (alpha < m.alpha_min || p.transmittance < m.transmittance_min) continue;
                 double const w = alpha * p.transmittance;
                 for (int i = 0; i < 3; ++i) p.colour[i] += w * s.colour[i];

@@ -122,32 +122,17 @@ TEST_CASE("quality: fewer pairs and a larger error, from evaluation to the defau
 
 TEST_CASE("quality: asked for in the options or written into the model, the same bits")
 {
-    for (auto const quality : qualities) {
+    for (auto const quality : {Quality::evaluation, Quality::viewing, Quality::on_sensor, Quality::training}) {
         CAPTURE(name(quality));
         auto const asked = rendered(quality);
         auto const told = desk_runner(std::nullopt);
         told->rules() = with_quality(told->rules(), quality);
+        CHECK(same_bits(told->rules(), desk_runner(quality)->rules()));
         auto const written = told->render(desk().camera);
         CHECK(support::differing_pixels(asked.image, written.image) == 0);
         CHECK(report::first_difference(asked.report, written.report) == "");
         CHECK(support::differing_pixels(asked.image, rendered(std::nullopt).image) > 0);
     }
-}
-
-TEST_CASE("quality: with precise arithmetic the naive loop's bits, with every footprint")
-{
-    auto const map = support::map_of(support::cloud(600, 11));
-    auto const camera = support::lens(96, 64);
-    for (auto const footprint : {Footprint::opacity_box, Footprint::three_sigma_square})
-        for (auto const quality : qualities) {
-            CAPTURE(name(quality));
-            auto const runner = make_runner<support::Whole>(map, {.tile = {16, 8}, .footprint = footprint, .quality = quality});
-            auto rules = with_quality(Rules{}, quality);
-            rules.footprint = footprint;
-            auto const frame = runner->render(camera);
-            REQUIRE(frame.report.lost.empty());
-            CHECK(support::differing_pixels(frame.image, report::render_naive(map.gaussians, camera, rules)) == 0);
-        }
 }
 
 TEST_CASE("quality: the records culled for it are those that it does not show")

@@ -1,14 +1,10 @@
 // test: unoptimised tsan, without asan, needs data, cost 55
 // The host moves references instead of records. Pictures, counters, bytes and losses are those of the machine that moves values.
 #include "references.hpp"
-#include <type_traits>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
-using support::compare;
-using support::make_runner;
-using support::path;
-using support::Whole;
+using support::compare, support::make_runner, support::path, support::Whole;
 
 namespace {
 scene::Map cloud(std::uint32_t n = 400, std::uint64_t seed = 21) { return support::map_of(support::cloud(n, seed)); }

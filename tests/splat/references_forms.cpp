@@ -3,8 +3,7 @@
 #include "references.hpp"
 
 using namespace tilemesh;
-using support::compare;
-using support::path;
+using support::compare, support::path;
 
 namespace {
 scene::Map cloud_map(std::uint32_t n = 400, std::uint64_t seed = 21) { return support::map_of(support::cloud(n, seed)); }

@@ -1,6 +1,5 @@
 #pragma once
 #include "stand_ins.hpp"
-#include "support.hpp"
 #include <tilemesh/scene/built_in.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/frame_whole.hpp>
@@ -64,6 +63,22 @@ inline report::Image const& naive(Scene const& s, Camera const& camera)
     if (found != cache.end()) return found->second;
     if (cache.size() > 40) cache.clear();
     return cache[{&s, key}] = report::render_naive(s.map.gaussians, camera, Rules{});
+}
+
+/// Calls look(name, gaussians, camera) with the built-in map, and with the front views of Sloth and Salad where they are; 160 x 90 pixels.
+template <class Look>
+void with_front_views(Look const& look)
+{
+    look("built-in", scene::built_in_map().gaussians, scene::built_in_camera({160, 90}));
+    auto const folder = data();
+    if (folder.empty() || !std::filesystem::exists(folder / "cameras.json")) {
+        MESSAGE("skipped: Sloth and Salad (TILEMESH_DATA)");
+        return;
+    }
+    for (std::string const name : {"sloth", "salad"}) {
+        auto const cameras = scene::select_cameras(scene::load_cameras(folder / "cameras.json"), name + "/front", name);
+        look(name, scene::load_ply(folder / "maps" / (name + ".ply")).gaussians, scene::resized(cameras.front().camera, 160, 90));
+    }
 }
 
 } // namespace support

@@ -1,6 +1,5 @@
 #pragma once
 #include "../standard.hpp"
-#include "../standard.hpp"
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/report/naive.hpp>
@@ -101,6 +100,12 @@ inline scene::Map map_of(std::vector<splat::Gaussian> gaussians)
     return map;
 }
 
+/// Have two lists the same bits?
+template <class List>
+bool same_bits(List const& a, List const& b)
+{
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+}
 /// The number of pixels of two pictures that differ in any bit.
 inline std::uint64_t differing_pixels(report::Image const& a, report::Image const& b)
 {
@@ -109,6 +114,21 @@ inline std::uint64_t differing_pixels(report::Image const& a, report::Image cons
     for (std::uint32_t y = 0; y < a.height; ++y)
         for (std::uint32_t x = 0; x < a.width; ++x) n += std::memcmp(a.pixel(x, y), b.pixel(x, y), 12) != 0 ? 1 : 0;
     return n;
+}
+
+/// The visible splats of a view, front to back.
+template <class Record>
+std::vector<splat::Splat> sorted_splats(std::vector<Record> const& records, splat::View const& view)
+{
+    std::vector<splat::Splat> all, sorted;
+    std::vector<splat::SortKey> keys;
+    for (auto const& g : records) {
+        auto const s = splat::project(g, view, splat::TileSize{view.camera.width, view.camera.height});
+        if (s.visible()) keys.push_back({s.depth_key, g.id, static_cast<std::uint32_t>(all.size())}), all.push_back(s);
+    }
+    std::sort(keys.begin(), keys.end());
+    for (auto const& key : keys) sorted.push_back(all[key.slot]);
+    return sorted;
 }
 
 /// The records that a frame's report lists as missing, for the naive picture.

@@ -5,18 +5,10 @@
 #include "runner.hpp"
 #include "scenes.hpp"
 #include "training_reference.hpp"
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
 #include <tilemesh/render/homes_renderer.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/scene/records.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -28,16 +20,14 @@ namespace {
 using Colour = std::array<float, 3>;
 constexpr Colour pink{0.75f, 0.25f, 0.5f};
 
-Rules training(Colour const& background = {})
-{
-    auto rules = with_quality(Rules{}, Quality::training);
-    for (std::size_t c = 0; c < 3; ++c) rules.background[c] = background[c];
-    return rules;
-}
 Rules on(Rules rules, Colour const& background)
 {
     for (std::size_t c = 0; c < 3; ++c) rules.background[c] = background[c];
     return rules;
+}
+Rules training(Colour const& background = {})
+{
+    return on(with_quality(Rules{}, Quality::training), background);
 }
 
 /// Looks along +z; a mean at (x, y, 65536) falls on pixel coordinate (x, y) without rounding. The lens is so long that slopes change no
@@ -90,20 +80,13 @@ std::unique_ptr<render::Core> homes_of(scene::Map const& map, Rules const& rules
     choice.sizes.homes = homes;
     choice.rules = rules;
     choice.alpha = choice.depth = planes;
-    RendererOptions options{.threads = 2, .grid = {3, 2}};
-    options.held_slots = 50;
-    return render::make_core(map, choice, options);
+    return render::make_core(map, choice, {.threads = 2, .grid = {3, 2}, .held_slots = 50});
 }
-/// One pixel type, blended by the kernel of a host thread.
+/// One pixel type, by the kernel of the rules' arithmetic.
 template <class Pixel>
 std::vector<Pixel> blended(support::SortedSplats const& v)
 {
-    auto const& c = v.camera;
-    std::vector<Pixel> pixels(std::size_t{c.width} * c.height);
-    PairCount counts[1] = {};
-    blend_whole_tile({0, c.width, 0, c.height}, c, v.rules, static_cast<std::uint32_t>(v.splats.size()),
-                     [&](std::uint32_t i) noexcept -> Splat const& { return v.splats[i]; }, pixels.data(), c.width, counts, 1);
-    return pixels;
+    return support::blend<splat::detail::lanes_in_use, Pixel>(v, v.rules.arithmetic, v.camera.width, v.camera.height).pixels;
 }
 
 /// A camera whose near plane lets the near records through that `training` culls, and culls others that it shows.
@@ -183,41 +166,43 @@ TEST_CASE("training: a pixel stops before the term that would leave less than 1e
 TEST_CASE("training: a splat is in the 16 x 16 tiles that its square touches, as the rasteriser counts them")
 {
     auto const camera = exact_camera(120, 70);
-    // The mean is `middle` pixels right of the middle of the first pixel.
-    auto const at = [&](float middle) { return report::render_naive(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, training()); };
-    auto const square = [&](float middle) {
-        auto rules = training();
-        rules.footprint = Footprint::three_sigma_square;
-        return report::render_naive(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, rules);
+    auto square_alone = training();
+    square_alone.footprint = Footprint::three_sigma_square;
+    struct Row {
+        float middle; ///< the mean is so many pixels right of, or below, the middle of the first pixel
+        std::uint32_t pixel;
+        bool shows;
+        std::optional<bool> in_square{}; ///< with the footprint of the square alone
     };
-    // The right end: 34 + 31 = 65 touches the tile of pixels 64 to 79, anything less does not, although pixel 64 is within 3 sigma.
-    CHECK(shows(at(34), 64, 40));
-    CHECK(shows(at(34), 66, 40)); // outside the square, in a tile that it touches
-    CHECK_FALSE(shows(square(34), 66, 40));
-    CHECK_FALSE(shows(at(33.9375f), 64, 40));
-    CHECK(shows(at(33.9375f), 63, 40));
-    CHECK(shows(square(33.9375f), 64, 40));
-    // The left end: 47 - 31 = 16 touches the tile of pixels 16 to 31, anything less the first tile too.
-    CHECK_FALSE(shows(at(47), 15, 40));
-    CHECK(shows(at(47), 16, 40));
-    CHECK(shows(at(46.9375f), 15, 40));
-    CHECK(shows(at(46.9375f), 14, 40)); // 32.94 pixels from the mean, outside the square
-    // The borders of the frame: a square that reaches less than a pixel into it is not drawn; the last tile is cut by the frame.
-    CHECK(shows(at(-30), 0, 40));
-    CHECK_FALSE(shows(at(-30.0625f), 0, 40));
-    CHECK(shows(square(-30.0625f), 0, 40));
-    CHECK(shows(at(150.5f), 119, 40));
-    // The rows follow the same rule.
-    auto const below = [&](float middle) { return report::render_naive(std::vector{wide_ball(40.5f, middle + 0.5f)}, camera, training()); };
-    CHECK(shows(below(34), 40, 64));
-    CHECK_FALSE(shows(below(33.9375f), 40, 64));
-    CHECK_FALSE(shows(below(47), 40, 15));
-    CHECK(shows(below(46.9375f), 40, 15));
-    // All of it agrees with the rasteriser in double.
-    for (float const middle : {34.0f, 33.9375f, 47.0f, 46.9375f, -30.0f, -30.0625f, 150.5f}) {
-        CAPTURE(middle);
-        CHECK(psnr(at(middle), support::rasterised(std::vector{wide_ball(middle + 0.5f, 40.5f)}, camera, {})) > 120);
-    }
+    for (Row const& row :
+         {// The far end: 34 + 31 = 65 touches the tile of pixels 64 to 79, anything less does not, although pixel 64 is within 3 sigma.
+          Row{34, 64, true},
+          {34, 66, true, false}, // outside the square, in a tile that it touches
+          {33.9375f, 64, false, true},
+          {33.9375f, 63, true},
+          // The near end: 47 - 31 = 16 touches the tile of pixels 16 to 31, anything less the first tile too.
+          {47, 15, false},
+          {47, 16, true},
+          {46.9375f, 15, true},
+          {46.9375f, 14, true}, // 32.94 pixels from the mean, outside the square
+          // The borders of the frame: a square that reaches less than a pixel into it is not drawn; the last tile is cut by the frame.
+          {-30, 0, true},
+          {-30.0625f, 0, false, true},
+          {150.5f, 119, true}})
+        for (bool const down : {false, true}) {
+            if (down && row.middle > 100) continue; // the frame has 70 rows
+            CAPTURE(row.middle);
+            CAPTURE(row.pixel);
+            CAPTURE(down);
+            std::vector const one{down ? wide_ball(40.5f, row.middle + 0.5f) : wide_ball(row.middle + 0.5f, 40.5f)};
+            auto const seen = [&](Rules const& rules) {
+                return shows(report::render_naive(one, camera, rules), down ? 40 : row.pixel, down ? row.pixel : 40);
+            };
+            CHECK(seen(training()) == row.shows);
+            if (row.in_square) CHECK(seen(square_alone) == *row.in_square);
+            // All of it agrees with the rasteriser in double.
+            CHECK(psnr(report::render_naive(one, camera, training()), support::rasterised(one, camera, {})) > 120);
+        }
 }
 
 TEST_CASE("training: means at a depth of 0.2 or nearer are culled, whatever the camera says")
@@ -387,38 +372,11 @@ TEST_CASE("background: no frame keeps that of another one, and black is what it 
     }
 }
 
-TEST_CASE("background: a channel that is not 0 to 1 is refused in one line")
+TEST_CASE("training: a footprint of its own replaces the quality's")
 {
-    auto const map = support::map_of(support::cloud(20, 5));
-    for (float const bad : {-0.25f, 1.5f, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
-        for (std::size_t c = 0; c < 3; ++c) {
-            Colour background{};
-            background[c] = bad;
-            auto const runner = make_runner<support::Referenced<support::Whole>>(map, {.tile = {16, 8}, .background = background});
-            std::string text;
-            try {
-                runner->render(support::lens(96, 64));
-            } catch (Error const& error) {
-                text = error.what();
-            }
-            CHECK(text.find("a background with a channel of ") == 0);
-            CHECK(text.find("(each is 0 to 1); ") != std::string::npos);
-            CHECK(text.find('\n') == std::string::npos);
-        }
-}
-
-TEST_CASE("training: asked for in the options or written into the model, the same bits; a footprint of its own replaces the quality's")
-{
-    auto const map = support::map_of(crowd(300, 23));
-    auto const camera = nearer(0.01f);
-    auto const asked = make_runner<support::Referenced<support::Whole>>(map, {.tile = {32, 20}, .quality = Quality::training});
-    auto const told = make_runner<support::Referenced<support::Whole>>(map, {.tile = {32, 20}});
-    told->rules() = with_quality(told->rules(), Quality::training);
-    CHECK(std::memcmp(&asked->rules(), &told->rules(), sizeof(Rules)) == 0);
-    CHECK(same(asked->render(camera).image, told->render(camera).image));
     RendererOptions const square{.footprint = Footprint::three_sigma_square, .quality = Quality::training};
     CHECK(with_options(Rules{}, square).footprint == Footprint::three_sigma_square);
     CHECK(with_options(Rules{}, square).stop == Stop::before_crossing);
-    auto const homes = homes_of(map, with_options(Rules{}, square));
+    auto const homes = homes_of(support::map_of(crowd(300, 23)), with_options(Rules{}, square));
     CHECK(homes->rules().footprint == Footprint::three_sigma_square);
 }

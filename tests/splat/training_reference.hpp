@@ -1,9 +1,7 @@
 // The picture of 3D Gaussian Splatting's rasteriser (Kerbl et al. 2023), step by step in double. It shares no function with the kernels or
 // with report/reference_double.hpp.
 #pragma once
-#include "../standard.hpp"
-#include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/gaussian.hpp>
+#include "pose_reference.hpp"
 
 namespace support {
 
@@ -30,55 +28,32 @@ inline std::vector<double> rasterised(std::span<tilemesh::splat::Gaussian const>
 {
     int const width = static_cast<int>(camera.width), height = static_cast<int>(camera.height);
     int const columns = (width + 15) / 16, rows = (height + 15) / 16;
-    double const tan_x = width / (2.0 * camera.fx), tan_y = height / (2.0 * camera.fy);
+    tilemesh::splat::Rules rules;
+    rules.dilation = 0.3f, rules.alpha_min = 0;
+    auto view = pose::camera_of(camera, rules); // whose slopes are bounded by the half width, and whose near plane is fixed
+    view.limit_x = double{1.3f} * width / (2.0 * camera.fx), view.limit_y = double{1.3f} * height / (2.0 * camera.fy), view.near_depth = 0.2f;
 
     std::vector<RasterisedSplat> splats;
     for (auto const& g : gaussians) {
-        double t[3]; // the mean in view space
-        for (int i = 0; i < 3; ++i) {
-            t[i] = 0;
-            for (int j = 0; j < 3; ++j) t[i] += double{camera.rotation[i][j]} * (double{g.mean_world[j]} - double{camera.position[j]});
-        }
-        if (t[2] <= double{0.2f}) continue;
-
-        // The covariance M^T M with M = S R^T, from a unit quaternion.
-        double q[4], length = 0;
-        for (int i = 0; i < 4; ++i) length += double{g.rotation[i]} * g.rotation[i];
-        for (int i = 0; i < 4; ++i) q[i] = g.rotation[i] / std::sqrt(length);
-        double const r = q[0], x = q[1], y = q[2], z = q[3];
-        double const turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - r * z), 2 * (x * z + r * y)},
-                                   {2 * (x * y + r * z), 1 - 2 * (x * x + z * z), 2 * (y * z - r * x)},
-                                   {2 * (x * z - r * y), 2 * (y * z + r * x), 1 - 2 * (x * x + y * y)}};
-        double sigma[3][3] = {};
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                for (int k = 0; k < 3; ++k) sigma[i][j] += turn[i][k] * turn[j][k] * std::exp(2 * double{g.log_scale[k]});
-
-        // Its projection, with clamped slopes, and the dilation.
-        double const most_x = double{1.3f} * tan_x, most_y = double{1.3f} * tan_y;
-        double const u = std::min(most_x, std::max(-most_x, t[0] / t[2])) * t[2];
-        double const v = std::min(most_y, std::max(-most_y, t[1] / t[2])) * t[2];
-        double to_screen[2][3];
-        for (int j = 0; j < 3; ++j) {
-            to_screen[0][j] = camera.fx / t[2] * camera.rotation[0][j] - camera.fx * u / (t[2] * t[2]) * camera.rotation[2][j];
-            to_screen[1][j] = camera.fy / t[2] * camera.rotation[1][j] - camera.fy * v / (t[2] * t[2]) * camera.rotation[2][j];
-        }
-        double covariance[2][2] = {};
-        for (int a = 0; a < 2; ++a)
-            for (int b = 0; b < 2; ++b)
-                for (int i = 0; i < 3; ++i)
-                    for (int j = 0; j < 3; ++j) covariance[a][b] += to_screen[a][i] * sigma[i][j] * to_screen[b][j];
-        double const a = covariance[0][0] + 0.3f, b = covariance[0][1], c = covariance[1][1] + 0.3f;
-        double const determinant = a * c - b * b;
-        if (determinant == 0) continue;
-
+        pose::Splat p;
+        if (!pose::project(g, view, rules, p) || p.d == 0) continue;
+        double const a = p.a, b = p.b, c = p.c, determinant = p.d;
         double const middle = 0.5 * (a + c), apart = std::sqrt(std::max(0.1, middle * middle - determinant));
         int const radius = static_cast<int>(std::ceil(3 * std::sqrt(std::max(middle + apart, middle - apart))));
-        double const px = camera.fx * t[0] / t[2] + camera.cx - 0.5, py = camera.fy * t[1] / t[2] + camera.cy - 0.5;
+        double const px = p.u + camera.cx - 0.5, py = p.v + camera.cy - 0.5;
         auto const across = tiles_touched(px, radius, columns), down = tiles_touched(py, radius, rows);
         if ((across[1] - across[0]) * (down[1] - down[0]) == 0) continue;
-        RasterisedSplat s{px,        py,        {c / determinant, -b / determinant, a / determinant}, g.opacity, t[2], {}, across[0],
-                          across[1], down[0], down[1],   static_cast<std::uint32_t>(g.id)};
+        RasterisedSplat s{px,
+                          py,
+                          {c / determinant, -b / determinant, a / determinant},
+                          g.opacity,
+                          p.z,
+                          {},
+                          across[0],
+                          across[1],
+                          down[0],
+                          down[1],
+                          static_cast<std::uint32_t>(g.id)};
         for (std::size_t i = 0; i < 3; ++i) s.colour[i] = std::max(double{g.colour[i]}, 0.0);
         splats.push_back(s);
     }

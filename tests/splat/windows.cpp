@@ -2,23 +2,10 @@
 // A window of a picture is the window of its picture, bit for bit: crops, stereo and off-axis views. And `Coverage::preserved`, the rule of
 // trainers with anti-aliasing.
 #include "runner.hpp"
-#include "support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <memory>
-#include <span>
-#include <tilemesh/error.hpp>
 #include <tilemesh/render/homes_renderer.hpp>
-#include <tilemesh/report/naive.hpp>
 #include <tilemesh/report/reference_double.hpp>
 #include <tilemesh/splat/footprint.hpp>
 #include <tilemesh/splat/quality.hpp>
-#include <utility>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::splat;
@@ -76,6 +63,13 @@ std::uint32_t bounded(std::vector<Gaussian> const& all, Camera const& camera)
         return a.visible() && std::memcmp(&a, &b, sizeof a) != 0;
     }));
 }
+std::unique_ptr<render::Core> homes_of(std::vector<Gaussian> const& all, RendererOptions const& options)
+{
+    auto choice = splat::homes_setup;
+    choice.machine.sram_bytes = 1u << 24;
+    choice.fit = true;
+    return render::make_core(support::map_of(all), choice, options);
+}
 
 } // namespace
 
@@ -107,13 +101,9 @@ TEST_CASE("a window that keeps the farther borders needs nothing but its camera:
     auto camera = support::lens(96, 60);
     camera.cx = 40, camera.cy = 28; // the farther borders are right and below
     auto const whole = report::render_naive(all, camera, {});
-    RendererOptions options{.threads = 2, .grid = {4, 3}};
-    options.arithmetic = Arithmetic::precise;
+    RendererOptions const options{.threads = 2, .grid = {4, 3}, .arithmetic = Arithmetic::precise};
     auto const anchored = make_runner<Referenced<support::Whole>>(support::map_of(all), options);
-    auto choice = splat::homes_setup;
-    choice.machine.sram_bytes = 1u << 24;
-    choice.fit = true;
-    auto const homes = render::make_core(support::map_of(all), choice, options);
+    auto const homes = homes_of(all, options);
     auto const in_double = report::render_double_unrounded(std::span<Gaussian const>(all), camera, {}, report::Cuts::same);
     for (PixelRect const window : {PixelRect{72, 96, 40, 60}, PixelRect{1, 96, 7, 60}, PixelRect{95, 96, 59, 60}}) {
         auto const part = window_of(camera, window);
@@ -208,18 +198,13 @@ TEST_CASE("coverage: kernels, both programs and the naive picture have the same 
 {
     auto const all = support::cloud(300, 17);
     auto const camera = support::lens(96, 64, 0.1f);
-    RendererOptions options{.threads = 2, .grid = {4, 3}};
-    options.arithmetic = Arithmetic::precise;
-    options.coverage = Coverage::preserved;
+    RendererOptions const options{.threads = 2, .grid = {4, 3}, .arithmetic = Arithmetic::precise, .coverage = Coverage::preserved};
     auto const rules = with_options({}, options);
     auto const naive = report::render_naive(all, camera, rules);
     CHECK(support::differing_pixels(naive, report::render_naive(all, camera, {})) > 1000);
     auto const anchored = make_runner<Referenced<support::Whole>>(support::map_of(all), options);
     CHECK(support::differing_pixels(anchored->render(camera).image, naive) == 0);
-    auto choice = splat::homes_setup;
-    choice.machine.sram_bytes = 1u << 24;
-    choice.fit = true;
-    CHECK(support::differing_pixels(render::make_core(support::map_of(all), choice, options)->render(camera).image, naive) == 0);
+    CHECK(support::differing_pixels(homes_of(all, options)->render(camera).image, naive) == 0);
     auto const reference = report::render_double_unrounded(std::span<Gaussian const>(all), camera, rules, report::Cuts::same);
     double sum = 0;
     for (std::size_t i = 0; i < reference.size(); ++i) sum += (reference[i] - double{naive.rgb[i]}) * (reference[i] - double{naive.rgb[i]});

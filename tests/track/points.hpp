@@ -65,6 +65,18 @@ struct Points {
     }
 };
 
+/// Evaluates, and changes the sums: change(sums), or change(sums, camera, level).
+template <class Evaluate, class Change>
+auto altered(Evaluate& evaluate, Change change)
+{
+    return [&evaluate, change](splat::Camera const& camera, track::Level const& level) {
+        track::NormalEquations e = evaluate(camera, level);
+        if constexpr (std::is_invocable_v<Change const&, track::NormalEquations&>) change(e);
+        else change(e, camera, level);
+        return e;
+    };
+}
+
 inline scene::Intrinsics lens()
 {
     return {500.0, 500.0, 320.0, 240.0, 0.2f, 640, 480};

@@ -1,16 +1,10 @@
 // test: unoptimised test
+#include "../splat/pose_case.hpp"
 #include "../splat/pose_reference.hpp"
-#include "../splat/support.hpp"
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <doctest/doctest.h>
-#include <limits>
-#include <string>
+#include "points.hpp"
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
-#include <vector>
 
 using namespace tilemesh;
 using namespace tilemesh::track;
@@ -20,22 +14,15 @@ using TrackedLossless = splat::pose::Tracked<splat::Lossless>;
 static_assert(Tile<Mk2, splat::pose::PoseFrame<TrackedLossless>, TrackedLossless>::bytes <= Mk2::sram_bytes);
 
 namespace {
-/// A target that the map does not explain: the picture of another pose, brighter, with holes in its depth.
-struct Case {
-    scene::Map map;
-    splat::Camera camera;
-    TrackTarget target;
-};
+using support::pose::same_sums, support::pose::sums_case;
+using Case = support::pose::SumsCase;
+
+/// A cloud that covers most pixels, and a target near it: the picture of another pose, brighter, with holes in its depth.
 Case made_case(std::uint32_t width, std::uint32_t height, std::uint32_t n, std::uint64_t seed)
 {
-    auto gaussians = support::cloud(n, seed);
-    for (auto& g : gaussians) {
-        for (float& s : g.log_scale) s = std::min(s + 2.0f, -1.2f); // so that most pixels are covered
-        g.opacity = std::max(g.opacity, 0.3f);
-    }
-    Case c{support::map_of(std::move(gaussians)), support::lens(width, height), {}};
-    Renderer renderer(c.map, splat::with_planes(splat::lossless, true, true));
-    auto frame = renderer.render(support::lens(width, height, 0.01f));
+    auto c = sums_case(width, height, n, seed);
+    c.camera = support::lens(width, height);
+    auto frame = Renderer(c.map, splat::with_planes(splat::lossless, true, true)).render(support::lens(width, height, 0.01f));
     for (std::uint32_t y = 0; y < height; ++y)
         for (std::uint32_t x = 0; x < width; ++x) {
             for (int k = 0; k < 3; ++k) frame.image.pixel(x, y)[k] = frame.image.pixel(x, y)[k] * 1.1f + 0.02f * float((x * 7 + y * 13) % 5);
@@ -45,15 +32,34 @@ Case made_case(std::uint32_t width, std::uint32_t height, std::uint32_t n, std::
     c.target = {std::move(frame.image), std::move(frame.depth)};
     return c;
 }
-bool same(NormalEquations const& a, NormalEquations const& b)
-{
-    return a.unknowns == b.unknowns && a.pixels == b.pixels && a.cost == b.cost && std::memcmp(a.h, b.h, sizeof a.h) == 0 && std::memcmp(a.g, b.g, sizeof a.g) == 0;
-}
 template <class E>
 NormalEquations evaluate(Case const& c, TrackOptions const& o, EvaluatorOptions const& e = {})
 {
     E evaluator(c.map, {c.camera.width, c.camera.height}, e);
     return evaluator.evaluate(c.camera, c.target, o);
+}
+/// Options with an exposure, and its gain.
+TrackOptions exposed(std::uint32_t cell, Jacobian jacobian)
+{
+    return {.level = {cell, jacobian, {0.05, -0.02}}, .with_exposure = true, .scene_depth = 1.7f};
+}
+double const gain = std::exp(0.05);
+NormalEquations eight_unknowns()
+{
+    NormalEquations e;
+    e.unknowns = 8;
+    return e;
+}
+/// The sums of the mesh against those of a loop in double.
+void check_sums(NormalEquations const& mine, NormalEquations const& e)
+{
+    CHECK(mine.unknowns == 8);
+    CHECK(mine.pixels == e.pixels);
+    CHECK(mine.cost == doctest::Approx(e.cost).epsilon(1e-4));
+    for (std::uint32_t a = 0; a < 8; ++a) {
+        CHECK(std::fabs(mine.g[a] - e.g[a]) < 1e-3 * std::sqrt(e.h[a][a] * e.cost));
+        for (std::uint32_t b = 0; b < 8; ++b) CHECK(std::fabs(mine.h[a][b] - e.h[a][b]) < 1e-3 * std::sqrt(e.h[a][a] * e.h[b][b]));
+    }
 }
 } // namespace
 
@@ -66,24 +72,22 @@ TEST_CASE("pose evaluator: sums have equal bits over tilings, threads, engines a
     for (auto jacobian : {Jacobian::forward, Jacobian::gradient, Jacobian::esm})
         for (std::uint32_t cell : {1u, 2u, 4u, 8u})
             for (bool exposure : {false, true}) {
-                std::uint32_t const one_in = exposure == (cell != 4) ? 1 : 3;
-                TrackOptions o;
-                o.level = {cell, jacobian, {0.1, 0.01}};
-                o.with_exposure = exposure;
-                o.one_in = one_in;
-                o.scene_depth = 2.5f;
-                o.with_depth = cell != 2;
+                TrackOptions const o{.level = {cell, jacobian, {0.1, 0.01}},
+                                     .with_depth = cell != 2,
+                                     .with_exposure = exposure,
+                                     .one_in = exposure == (cell != 4) ? 1u : 3u,
+                                     .scene_depth = 2.5f};
                 auto const first = evaluate<PoseEvaluator>(c, o);
                 CHECK(first.pixels > 0);
                 CHECK(first.h[0][0] > 0);
-                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {2, {16, 40}})));
-                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {3, {8, 8}})));
-                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {24, 24}})));
-                CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {56, 8}})));
-                CHECK(same(first, evaluate<ByValue>(c, o, {2, {16, 16}})));
-                CHECK(same(first, evaluate<Checked>(c, o, {1, {16, 40}})));
-                CHECK(same(first, evaluate<CheckedByValue>(c, o, {1, {40, 16}})));
-                if (cell == 1) CHECK(same(first, evaluate<PoseEvaluator>(c, o, {1, {17, 13}})));
+                CHECK(same_sums(first, evaluate<PoseEvaluator>(c, o, {2, {16, 40}})));
+                CHECK(same_sums(first, evaluate<PoseEvaluator>(c, o, {3, {8, 8}})));
+                CHECK(same_sums(first, evaluate<PoseEvaluator>(c, o, {1, {24, 24}})));
+                CHECK(same_sums(first, evaluate<PoseEvaluator>(c, o, {1, {56, 8}})));
+                CHECK(same_sums(first, evaluate<ByValue>(c, o, {2, {16, 16}})));
+                CHECK(same_sums(first, evaluate<Checked>(c, o, {1, {16, 40}})));
+                CHECK(same_sums(first, evaluate<CheckedByValue>(c, o, {1, {40, 16}})));
+                if (cell == 1) CHECK(same_sums(first, evaluate<PoseEvaluator>(c, o, {1, {17, 13}})));
             }
 }
 
@@ -108,31 +112,31 @@ TEST_CASE("pose evaluator: tiles follow from the picture, and storage gets the m
     }
     CHECK(splat::pose::sizes_on<TrackedLossless>(mk2, 256).storage > 2000);
     CHECK(splat::pose::sizes_on<TrackedLossless>(mk2, 100'000).storage == 0);
-    auto const c = made_case(48, 40, 60, 2);
+    auto const c = sums_case(48, 40, 60, 2);
     CHECK(PoseEvaluator(c.map, {640, 480}).sizes() == splat::pose::sizes_on<TrackedLossless>(mk2, 256));
     CHECK_THROWS_AS(PoseEvaluator(c.map, {4000, 4000}), Error); // no tile has memory for so many pixels
 }
 
 TEST_CASE("pose evaluator: pairs are those of precise blending, and a view that comes back has the same sums")
 {
-    auto const c = made_case(96, 80, 400, 5);
+    auto const c = sums_case(96, 80, 400, 5);
     PoseEvaluator evaluator(c.map, {96, 80});
     evaluator.set_target(c.target);
     auto const first = evaluator(c.camera, {});
-    std::uint64_t pairs = 0, expected = 0;
-    for (std::uint32_t i = 0; i < evaluator.mesh().grid().size(); ++i)
-        for (auto n : evaluator.mesh().state<splat::Work>(evaluator.mesh().grid().tile(i)).contributing) pairs += n;
-    RendererOptions precise;
-    precise.arithmetic = splat::Arithmetic::precise;
-    render::HostRenderer renderer(c.map, splat::lossless, precise, {});
+    auto const pairs_of = [](auto const& mesh) {
+        std::uint64_t pairs = 0;
+        for (TileId const tile : mesh.grid().tiles())
+            for (auto n : mesh.template state<splat::Work>(tile).contributing) pairs += n;
+        return pairs;
+    };
+    auto const pairs = pairs_of(std::as_const(evaluator.mesh()));
+    render::HostRenderer renderer(c.map, splat::lossless, {.arithmetic = splat::Arithmetic::precise}, {});
     (void)renderer.render(c.camera);
-    for (std::uint32_t i = 0; i < renderer.mesh().grid().size(); ++i)
-        for (auto n : std::as_const(renderer.mesh()).state<splat::Work>(renderer.mesh().grid().tile(i)).contributing) expected += n;
-    CHECK(pairs == expected);
+    CHECK(pairs == pairs_of(std::as_const(renderer.mesh())));
     auto const other = evaluator(support::lens(96, 80, 0.05f), {});
-    CHECK(!same(first, other));
-    CHECK(same(first, evaluator(c.camera, {})));
-    CHECK(same(first, evaluator(c.camera, {})));
+    CHECK(!same_sums(first, other));
+    CHECK(same_sums(first, evaluator(c.camera, {})));
+    CHECK(same_sums(first, evaluator(c.camera, {})));
 }
 
 TEST_CASE("pose evaluator: sums agree with residuals and central differences in double")
@@ -142,20 +146,15 @@ TEST_CASE("pose evaluator: sums agree with residuals and central differences in 
         auto const c = made_case(48, 40, 150, 7 + cell);
         PoseEvaluator evaluator(c.map, {48, 40});
         auto& rules = evaluator.rules();
-        rules.alpha_min = 0;
-        rules.transmittance_min = 0;
-        TrackOptions o;
-        o.level = {cell, Jacobian::forward, {0.05, -0.02}};
-        o.with_exposure = true;
-        o.scene_depth = 1.7f;
+        rules.alpha_min = rules.transmittance_min = 0;
+        auto const o = exposed(cell, Jacobian::forward);
         auto const mine = evaluator.evaluate(c.camera, c.target, o);
 
         auto const camera = reference::camera_of(c.camera, rules);
         auto const order = reference::sorted(c.map.gaussians, camera, rules);
         auto const picture = reference::render(reference::projected(order, camera, rules), camera, rules);
         auto const motion = reference::central_differences(order, camera, rules, 1e-5);
-        NormalEquations e;
-        double const gain = std::exp(0.05);
+        auto e = eight_unknowns();
         for (std::uint32_t cy = 0; cy < 40; cy += cell)
             for (std::uint32_t cx = 0; cx < 48; cx += cell) {
                 double j[4][8] = {}, r[4] = {}, n = 0, deep = 0;
@@ -179,55 +178,41 @@ TEST_CASE("pose evaluator: sums agree with residuals and central differences in 
                 if (n == 0) continue;
                 ++e.pixels;
                 for (std::uint32_t k = 0; k < 4; ++k) {
-                    double const count = k < 3 ? n : deep, width = k < 3 ? 0.1 : 0.05;
                     if (k == 3 && !(2 * deep > n)) continue;
-                    double const residual = r[k] / count, size = std::fabs(residual), w = size <= width ? 1 : width / size;
-                    e.cost += size <= width ? 0.5 * size * size : width * (size - 0.5 * width);
-                    for (std::uint32_t a = 0; a < 8; ++a) {
-                        e.g[a] += w * j[k][a] / count * residual;
-                        for (std::uint32_t b = 0; b < 8; ++b) e.h[a][b] += w * j[k][a] / count * j[k][b] / count;
-                    }
+                    double const count = k < 3 ? n : deep;
+                    for (double& v : j[k]) v /= count;
+                    track_test::add_row(e, j[k], r[k] / count, k < 3 ? 0.1 : 0.05);
                 }
             }
-        CHECK(mine.unknowns == 8);
         CHECK(e.pixels > 50);
-        CHECK(mine.pixels == e.pixels);
-        CHECK(mine.cost == doctest::Approx(e.cost).epsilon(1e-4));
-        for (std::uint32_t a = 0; a < 8; ++a) {
-            CHECK(std::fabs(mine.g[a] - e.g[a]) < 1e-3 * std::sqrt(e.h[a][a] * e.cost));
-            for (std::uint32_t b = 0; b < 8; ++b) CHECK(std::fabs(mine.h[a][b] - e.h[a][b]) < 1e-3 * std::sqrt(e.h[a][a] * e.h[b][b]));
-        }
+        check_sums(mine, e);
     }
 }
 
 TEST_CASE("pose evaluator: bad requests are one line")
 {
-    auto const c = made_case(48, 40, 60, 2);
+    auto const c = sums_case(48, 40, 60, 2);
     PoseEvaluator evaluator(c.map, {48, 40}, {1, {12, 40}});
     auto const refused = [&](auto const& ask) {
-        try {
-            ask();
-        } catch (Error const& e) {
-            std::string const text = e.what();
-            return text.find(" (") != std::string::npos && text.find("); ") != std::string::npos && text.find('\n') == std::string::npos;
-        }
-        return false;
+        auto const text = tests::error_of(ask);
+        return tests::has(text, " (") && tests::has(text, "); ") && !tests::has(text, "\n");
     };
+    auto const refuses = [&](TrackOptions const& o) { return refused([&] { (void)evaluator.evaluate(c.camera, o); }); };
     TrackOptions o;
-    CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); })); // no target
+    CHECK(refuses(o)); // no target
     evaluator.set_target(c.target);
     (void)evaluator.evaluate(c.camera, o);
     for (std::uint32_t cell : {0u, 3u, 8u, 16u}) {
         o.level.cell = cell;
-        CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+        CHECK(refuses(o));
     }
     o = {};
     o.one_in = 0;
-    CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+    CHECK(refuses(o));
     o = {};
     for (float bad : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
         o.scene_depth = bad;
-        CHECK(refused([&] { (void)evaluator.evaluate(c.camera, o); }));
+        CHECK(refuses(o));
     }
     o = {};
     CHECK(refused([&] { (void)evaluator.evaluate(support::lens(40, 40), o); }));
@@ -259,10 +244,7 @@ TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double"
         for (std::uint32_t cell : {1u, 4u}) {
             auto const c = made_case(58, 40, 300, 11 + cell); // cells of 4 do not divide the frame
             PoseEvaluator evaluator(c.map, {58, 40}, {1, {16, 8}});
-            TrackOptions o;
-            o.level = {cell, jacobian, {0.05, -0.02}};
-            o.with_exposure = true;
-            o.scene_depth = 1.7f;
+            auto const o = exposed(cell, jacobian);
             auto const mine = evaluator.evaluate(c.camera, c.target, o);
 
             auto const frame = Renderer(c.map, splat::with_planes(splat::lossless, true, true)).render(c.camera);
@@ -284,8 +266,8 @@ TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double"
                     m.seen_depth = 2 * known > n ? m.seen_depth / known : 0;
                     cells.push_back(m);
                 }
-            NormalEquations e;
-            double const gain = std::exp(0.05), fx = double{c.camera.fx} / cell, fy = double{c.camera.fy} / cell;
+            auto e = eight_unknowns();
+            double const fx = double{c.camera.fx} / cell, fy = double{c.camera.fy} / cell;
             for (std::uint32_t y = 1; y + 1 < height; ++y)
                 for (std::uint32_t x = 1; x + 1 < width; ++x) {
                     auto const at = [&](std::uint32_t u, std::uint32_t v) -> Cell const& { return cells[v * width + u]; };
@@ -311,21 +293,9 @@ TEST_CASE("pose evaluator: gradients of the picture agree with a loop in double"
                         res[3] = (z - m.seen_depth) / m.seen_depth;
                         for (int i = 0; i < 6; ++i) j[3][i] = (dz[i] - 0.5 * (r.depth - l.depth) * du[i] - 0.5 * (b.depth - a.depth) * dv[i]) / m.seen_depth;
                     }
-                    for (int k = 0; k < (deep ? 4 : 3); ++k) {
-                        double const wide = k < 3 ? 0.1 : 0.05, size = std::fabs(res[k]), w = size <= wide ? 1 : wide / size;
-                        e.cost += size <= wide ? 0.5 * size * size : wide * (size - 0.5 * wide);
-                        for (int p = 0; p < 8; ++p) {
-                            e.g[p] += w * j[k][p] * res[k];
-                            for (int q = 0; q < 8; ++q) e.h[p][q] += w * j[k][p] * j[k][q];
-                        }
-                    }
+                    for (int k = 0; k < (deep ? 4 : 3); ++k) track_test::add_row(e, j[k], res[k], k < 3 ? 0.1 : 0.05);
                 }
             CHECK(e.pixels > 30);
-            CHECK(mine.pixels == e.pixels);
-            CHECK(mine.cost == doctest::Approx(e.cost).epsilon(1e-4));
-            for (int p = 0; p < 8; ++p) {
-                CHECK(std::fabs(mine.g[p] - e.g[p]) < 1e-3 * std::sqrt(e.h[p][p] * e.cost));
-                for (int q = 0; q < 8; ++q) CHECK(std::fabs(mine.h[p][q] - e.h[p][q]) < 1e-3 * std::sqrt(e.h[p][p] * e.h[q][q]));
-            }
+            check_sums(mine, e);
         }
 }

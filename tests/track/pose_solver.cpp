@@ -1,12 +1,7 @@
 #include "points.hpp"
-#include <array>
-#include <cmath>
-#include <doctest/doctest.h>
-#include <limits>
 #include <tilemesh/track/pose_accuracy.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/small_system.hpp>
-#include <vector>
 
 using namespace track_test;
 
@@ -29,9 +24,12 @@ track::NormalEquations random_sums(Random& random, std::uint32_t unknowns, int r
     return e;
 }
 
-track::Solution solve(Points& points, scene::Pose const& start)
+/// Forward mode at full resolution, or the hybrid method from a coarser level on.
+template <class Evaluate>
+track::Solution solve(Evaluate&& evaluate, scene::Pose const& start, std::uint32_t coarsest = 1)
 {
-    return track::solve_pose(points, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const stages = track::stages_of(coarsest == 1 ? track::Method::forward : track::Method::hybrid, coarsest);
+    return track::solve_pose(evaluate, start, lens(), scale_of_points, stages);
 }
 
 bool is_finite(scene::Pose const& pose)
@@ -176,11 +174,10 @@ TEST_CASE("every level is asked for, coarse first, and the last step is in pixel
     Random random;
     auto points = cloud(true_camera(), 100, random);
     std::vector<std::uint32_t> cells;
-    auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
+    auto const ask = altered(points, [&](auto&, auto const&, track::Level const& level) {
         if (cells.empty() || cells.back() != level.cell) cells.push_back(level.cell);
-        return points(camera, level);
-    };
-    auto const s = track::solve_pose(ask, disturbed(scene::pose_of(true_camera()), 3.0, 0.02, random), lens(), scale_of_points, track::stages_of(track::Method::hybrid, 8));
+    });
+    auto const s = solve(ask, disturbed(scene::pose_of(true_camera()), 3.0, 0.02, random), 8);
     CHECK(cells == std::vector<std::uint32_t>{8, 4, 2, 1});
     CHECK(s.ending == track::Ending::small_step);
     CHECK(s.last_step_px < 0.01);
@@ -276,44 +273,36 @@ TEST_CASE("an evaluator that returns NaN, sometimes or always, moves no pose and
     Random random;
     auto const truth = scene::pose_of(true_camera());
     auto const start = disturbed(truth, 2.0, 0.02, random);
-    auto const stages = track::stages_of(track::Method::hybrid, 8);
-    int calls = 0;
-    auto const broken = [&](splat::Camera const&, track::Level const&) {
-        ++calls;
-        track::NormalEquations e;
-        e.pixels = 100;
-        e.cost = not_a_number;
-        for (auto& row : e.h)
-            for (double& h : row) h = not_a_number;
-        return e;
-    };
-    auto const s = track::solve_pose(broken, start, lens(), scale_of_points, stages);
+    auto points = cloud(true_camera(), 100, random);
+    auto const s = solve(altered(points,
+                                 [](auto& e) {
+                                     e.cost = not_a_number;
+                                     std::fill_n(&e.h[0][0], 64, not_a_number);
+                                 }),
+                         start, 8);
     CHECK(s.ending == track::Ending::unusable);
     CHECK(s.pose.position == start.position);
     CHECK(s.pose.rotation == start.rotation);
-    CHECK(calls == 4); // once a level
+    CHECK(points.calls == 4); // once a level
 
     // NaN everywhere but at the start: all steps are refused.
-    auto points = cloud(true_camera(), 100, random);
     std::uint32_t seen = 0;
-    auto const once = [&](splat::Camera const& camera, track::Level const& level) {
-        auto e = points(camera, level);
-        if (seen++ > 0) e.cost = not_a_number;
-        return e;
-    };
-    auto const stuck = track::solve_pose(once, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const stuck = solve(altered(points,
+                                     [&](auto& e) {
+                                         if (seen++ > 0) e.cost = not_a_number;
+                                     }),
+                             start);
     CHECK(!stuck.converged());
     CHECK(stuck.pose.position == start.position);
     CHECK(stuck.evaluations <= 30);
 
     // Every third evaluation: those steps are refused, and the others lead to the end.
     seen = 0;
-    auto const sometimes = [&](splat::Camera const& camera, track::Level const& level) {
-        auto e = points(camera, level);
-        if (seen++ % 3 == 2) e.g[0] = not_a_number;
-        return e;
-    };
-    auto const found = track::solve_pose(sometimes, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const found = solve(altered(points,
+                                     [&](auto& e) {
+                                         if (seen++ % 3 == 2) e.g[0] = not_a_number;
+                                     }),
+                             start);
     CHECK(found.converged());
     CHECK(degrees_between(found.pose.rotation, truth.rotation) < 1e-4);
 }
@@ -323,37 +312,17 @@ TEST_CASE("steps that never lower the cost do not count as convergence far from 
     Random random;
     auto const truth = scene::pose_of(true_camera());
     auto points = cloud(true_camera(), 100, random);
-    auto const one = track::stages_of(track::Method::forward, 1);
-    auto const uphill = [&](splat::Camera const& camera, track::Level const& level) {
-        auto e = points(camera, level);
+    auto const uphill = altered(points, [](auto& e) {
         for (double& g : e.g) g = -g;
-        return e;
-    };
+    });
     auto const start = disturbed(truth, 5.0, 0.05, random);
-    auto const far = track::solve_pose(uphill, start, lens(), scale_of_points, one);
+    auto const far = solve(uphill, start);
     CHECK(!far.converged());
     CHECK(far.pose.position == start.position);
     // Half a pixel from the end, the cost has steps of its own: four rejections end it.
-    auto const close = track::solve_pose(uphill, disturbed(truth, 0.03, 0.0, random), lens(), scale_of_points, one);
+    auto const close = solve(uphill, disturbed(truth, 0.03, 0.0, random));
     CHECK(close.ending == track::Ending::rejections);
     CHECK(close.evaluations == 5);
-
-    // A cost that falls for ever: the evaluations end it, and the steps stay long.
-    double cost = 1e9;
-    auto const endless = [&](splat::Camera const& camera, track::Level const& level) {
-        auto e = points(camera, level);
-        e.cost = cost *= 0.9;
-        for (int k = 0; k < 6; ++k) {
-            e.h[k][k] = 1.0, e.g[k] = 0.1;
-            for (int l = 0; l < k; ++l) e.h[k][l] = e.h[l][k] = 0.0;
-        }
-        e.pixels = 100;
-        return e;
-    };
-    auto const spent = track::solve_pose(endless, truth, lens(), scale_of_points, one);
-    CHECK(spent.ending == track::Ending::spent);
-    CHECK(spent.evaluations == 30);
-    CHECK(is_finite(spent.pose));
 }
 
 TEST_CASE("leaving the map wins nothing: a step that keeps half of the pixels or less is refused")
@@ -364,29 +333,27 @@ TEST_CASE("leaving the map wins nothing: a step that keeps half of the pixels or
     for (std::uint32_t const rest : {50u, 51u}) {
         auto points = cloud(true_camera(), 100, random);
         auto const start = disturbed(truth, 2.0, 0.02, random);
-        auto const greedy = [&](splat::Camera const& camera, track::Level const& level) {
-            auto e = points(camera, level);
-            e.pixels = 100;
-            if (scene::pose_of(camera).position != scene::pose_of(scene::make_camera(start, lens())).position) e.pixels = rest;
-            return e;
-        };
-        auto const s = track::solve_pose(greedy, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+        auto const s = solve(altered(points,
+                                     [&](auto& e, splat::Camera const& camera, track::Level const&) {
+                                         bool const at_start =
+                                             scene::pose_of(camera).position == scene::pose_of(scene::make_camera(start, lens())).position;
+                                         e.pixels = at_start ? 100 : rest;
+                                     }),
+                             start);
         CHECK((s.steps > 0) == (rest == 51));
     }
     // Nor does leaving in several steps, each of which keeps 70 %: what counts is the most of the level.
     std::uint32_t count = 1000;
     double cost = 1.0;
     auto points = cloud(true_camera(), 100, random);
-    auto const slowly = [&](splat::Camera const& camera, track::Level const& level) {
-        auto e = points(camera, level);
+    auto const slowly = altered(points, [&](auto& e) {
         e.pixels = count;
         e.cost = cost * count;
         count = count * 7 / 10;
         cost *= 0.5;
         for (double& g : e.g) g = 1e-2 * e.h[0][0];
-        return e;
-    };
-    CHECK(track::solve_pose(slowly, truth, lens(), scale_of_points, track::stages_of(track::Method::forward, 1)).steps == 1);
+    });
+    CHECK(solve(slowly, truth).steps == 1);
 }
 
 TEST_CASE("the last short step counts although the cost is rounded too coarsely to show its gain")
@@ -396,17 +363,15 @@ TEST_CASE("the last short step counts although the cost is rounded too coarsely 
     auto const truth = scene::pose_of(camera);
     auto points = cloud(camera, 100, random);
     // Residuals of a picture: a ten-thousandth for each pixel. The cost of a point is rounded as on the mesh.
-    auto const rounded = [&](splat::Camera const& at, track::Level const& level) {
-        auto e = points(at, level);
+    auto const rounded = altered(points, [](auto& e) {
         for (auto& row : e.h)
             for (double& v : row) v *= 1e-8;
         for (double& v : e.g) v *= 1e-8;
         double const mean = e.pixels == 0 ? 0.0 : e.cost * 1e-8 / e.pixels;
         e.cost = std::floor(mean * 0x1p21 + 0.5) * 0x1p-21 * e.pixels;
-        return e;
-    };
+    });
     auto const start = disturbed(truth, 5e-4, 0.0, random); // 0.004 pixels
-    auto const s = track::solve_pose(rounded, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const s = solve(rounded, start);
     CHECK(s.converged());
     CHECK(s.steps >= 1);
     CHECK(degrees_between(s.pose.rotation, truth.rotation) < 5e-5);
@@ -459,12 +424,11 @@ std::vector<std::uint32_t> evaluations_by_level(Quadratic const& problem)
 
 TEST_CASE("a level of a quadratic problem takes one evaluation if its step is below the limit, and two if it is longer")
 {
-    auto const stages = track::stages_of(track::Method::hybrid, 4);
-    for (auto const& stage : stages) CHECK(stage.stop_px == (stage.cell > 1 ? 0.25 : 0.01));
+    for (auto const& stage : track::stages_of(track::Method::hybrid, 4)) CHECK(stage.stop_px == (stage.cell > 1 ? 0.25 : 0.01));
     // The first level finds the target with its first step, so the others evaluate once, at the target.
     for (double const px : {0.0, 0.9, 1.1, 30.0}) {
         Quadratic problem{shift_px(px)};
-        auto const s = track::solve_pose(problem, {}, lens(), scale_of_points, stages);
+        auto const s = solve(problem, {}, 4);
         CHECK(s.ending == track::Ending::small_step);
         CHECK(evaluations_by_level(problem) == std::vector<std::uint32_t>{px < 1.0 ? 1u : 2u, 1u, 1u}); // a quarter of a cell of 4 is a pixel
         CHECK(s.evaluations == problem.asked.size());
@@ -473,7 +437,7 @@ TEST_CASE("a level of a quadratic problem takes one evaluation if its step is be
     // At full resolution the limit is 0.01 pixels. The step below it is taken.
     for (double const px : {0.009, 0.011}) {
         Quadratic problem{shift_px(px)};
-        auto const s = track::solve_pose(problem, {}, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+        auto const s = solve(problem, {});
         CHECK(s.evaluations == (px < 0.01 ? 1 : 2));
         CHECK(s.steps == s.evaluations);
         CHECK(s.last_step_px < 0.01);
@@ -484,18 +448,16 @@ TEST_CASE("a level of a quadratic problem takes one evaluation if its step is be
 
 TEST_CASE("a short step that changes the exposure is evaluated on the last level, and only there")
 {
-    auto const stages = track::stages_of(track::Method::hybrid, 2);
     for (double const brighter : {0.0, 5e-4, 2e-3, 0.5}) {
         Quadratic problem;
         problem.light = {brighter, -0.5 * brighter};
         problem.unknowns = 8;
         // The coarse level leaves the exposure as it was, so that the last level has to find it.
-        auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
-            auto e = problem(camera, level);
-            if (level.cell == 2) e.g[6] = e.g[7] = 0.0;
-            return e;
-        };
-        auto const s = track::solve_pose(ask, {}, lens(), scale_of_points, stages);
+        auto const s = solve(altered(problem,
+                                     [](auto& e, auto const&, track::Level const& level) {
+                                         if (level.cell == 2) e.g[6] = e.g[7] = 0.0;
+                                     }),
+                             {}, 2);
         CHECK(evaluations_by_level(problem) == std::vector<std::uint32_t>{1, brighter < 9e-4 ? 1u : 2u});
         CHECK(s.ending == track::Ending::small_step);
         CHECK(std::fabs(s.exposure.log_gain - brighter) <= 1e-3 * brighter);
@@ -512,13 +474,11 @@ TEST_CASE("the exposure stays within its limits, and the pose takes the step tha
         problem.unknowns = 8;
         problem.light = {beyond, 0.5 * beyond};
         // A pose that depends on the exposure: with the gain at its limit, the shift is not that of the free minimum.
-        auto const ask = [&](splat::Camera const& camera, track::Level const& level) {
-            auto e = problem(camera, level);
+        auto const ask = altered(problem, [&](auto& e, splat::Camera const& camera, track::Level const& level) {
             double const both[8] = {1, 0, 0, 0, 0, 0, 1e-3, 0};
             add_row(e, both, scene::pose_of(camera).position.x / -scale_of_points - 3.0 / 500.0 + 1e-3 * (level.exposure.log_gain - problem.light.log_gain), 1e9);
-            return e;
-        };
-        auto const s = track::solve_pose(ask, {}, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+        });
+        auto const s = solve(ask, {});
         track::ExposureLimits const limits;
         CHECK(s.exposure.log_gain == std::copysign(limits.log_gain, beyond));
         CHECK(s.exposure.offset == std::copysign(limits.offset, beyond));
@@ -537,7 +497,7 @@ TEST_CASE("a singular problem moves only what the rows determine, and every leve
 {
     Quadratic problem{{{0.4, 0.0, 0.0}, {0.0, 0.01, 0.0}}};
     problem.weight = {1, 0, 0, 0, 1, 0, 0, 0};
-    auto const s = track::solve_pose(problem, {}, lens(), scale_of_points, track::stages_of(track::Method::hybrid, 8));
+    auto const s = solve(problem, {}, 8);
     CHECK(s.converged());
     CHECK(is_finite(s.pose));
     auto const found = track::twist_between({}, s.pose);
@@ -548,7 +508,7 @@ TEST_CASE("a singular problem moves only what the rows determine, and every leve
     // Two unknowns with one sum, one column a multiple of the other: the damping decides.
     Random random;
     auto points = cloud(true_camera(), 1, random);
-    auto const one = track::solve_pose(points, disturbed(scene::pose_of(true_camera()), 0.5, 0.0, random), lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const one = solve(points, disturbed(scene::pose_of(true_camera()), 0.5, 0.0, random));
     CHECK(is_finite(one.pose));
     CHECK(one.evaluations <= 30);
 
@@ -563,13 +523,14 @@ TEST_CASE("a singular problem moves only what the rows determine, and every leve
         for (int k = 0; k < 6; ++k) e.h[k][k] = 1.0, e.g[k] = 0.1;
         return e;
     };
-    auto const spent = track::solve_pose(endless, {}, lens(), scale_of_points, track::stages_of(track::Method::hybrid, 8));
+    auto const spent = solve(endless, {}, 8);
     CHECK(spent.ending == track::Ending::spent);
     CHECK(calls[8] == 12);
     CHECK(calls[4] == 12);
     CHECK(calls[2] == 12);
     CHECK(calls[1] == 30);
     CHECK(spent.evaluations == 66);
+    CHECK(is_finite(spent.pose));
     // A stage with one evaluation takes only a step that needs no other.
     for (double const px : {0.005, 5.0}) {
         Quadratic near{shift_px(px)};
@@ -586,21 +547,20 @@ TEST_CASE("a view without room is a refused step; if it is the start, nothing is
     auto const truth = scene::pose_of(true_camera());
     auto points = cloud(true_camera(), 100, random);
     std::uint32_t calls = 0, full = 2;
-    auto const crowded = [&](splat::Camera const& camera, track::Level const& level) {
+    auto const crowded = altered(points, [&](auto&) {
         if (++calls == full || full == 0) throw track::NoRoom("5 splats without room on a tile (each tile has 4 slots); choose other tiles");
-        return points(camera, level);
-    };
+    });
     auto const start = disturbed(truth, 2.0, 0.02, random);
-    auto const s = track::solve_pose(crowded, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1));
+    auto const s = solve(crowded, start);
     CHECK(s.converged());
     CHECK(s.refusal.find("5 splats") == 0);
     CHECK(degrees_between(s.pose.rotation, truth.rotation) < 1e-5);
     full = 0;
-    auto const none = track::solve_pose(crowded, start, lens(), scale_of_points, track::stages_of(track::Method::hybrid, 8));
+    auto const none = solve(crowded, start, 8);
     CHECK(none.ending == track::Ending::unusable);
     CHECK(none.evaluations == 4);
     CHECK(none.pose.position == start.position);
     // Any other error is the caller's.
     auto const broken = [](splat::Camera const&, track::Level const&) -> track::NormalEquations { throw Error("cells of 3 pixels (a cell is 1); choose it"); };
-    CHECK_THROWS_AS((void)track::solve_pose(broken, start, lens(), scale_of_points, track::stages_of(track::Method::forward, 1)), Error);
+    CHECK_THROWS_AS((void)solve(broken, start), Error);
 }

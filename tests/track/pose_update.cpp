@@ -1,7 +1,4 @@
 #include "support.hpp"
-#include <array>
-#include <cmath>
-#include <doctest/doctest.h>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/track/pose_update.hpp>
 

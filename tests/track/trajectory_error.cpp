@@ -1,4 +1,5 @@
 #include "support.hpp"
+#include <glm/mat4x4.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/track/depth_misfit.hpp>
 #include <tilemesh/track/pose_update.hpp>
@@ -37,41 +38,17 @@ std::vector<scene::Pose> carried(std::vector<scene::Pose> poses, glm::dmat3 cons
 }
 
 /// Camera to world as a matrix of 4 x 4, for an implementation that shares no code: evo multiplies such matrices.
-using Matrix4 = std::array<std::array<double, 4>, 4>;
-Matrix4 matrix(scene::Pose const& pose)
+glm::dmat4 matrix(scene::Pose const& pose)
 {
-    Matrix4 m{};
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) m[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = pose.rotation[i][j]; // transposed: GLM's first index is the column
-        m[static_cast<std::size_t>(i)][3] = pose.position[i];
-    }
-    m[3][3] = 1.0;
+    glm::dmat4 m{glm::transpose(pose.rotation)};
+    m[3] = {pose.position, 1.0};
     return m;
 }
-Matrix4 product(Matrix4 const& a, Matrix4 const& b)
+double translation(glm::dmat4 const& m)
 {
-    Matrix4 out{};
-    for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t j = 0; j < 4; ++j)
-            for (std::size_t k = 0; k < 4; ++k) out[i][j] += a[i][k] * b[k][j];
-    return out;
+    return glm::length(glm::dvec3{m[3]});
 }
-Matrix4 inverse(Matrix4 const& m)
-{
-    Matrix4 out{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) {
-            out[i][j] = m[j][i];
-            out[i][3] -= m[j][i] * m[j][3];
-        }
-    out[3][3] = 1.0;
-    return out;
-}
-double translation(Matrix4 const& m)
-{
-    return std::sqrt(m[0][3] * m[0][3] + m[1][3] * m[1][3] + m[2][3] * m[2][3]);
-}
-double degrees(Matrix4 const& m)
+double degrees(glm::dmat4 const& m)
 {
     return std::acos(std::fmin(1.0, std::fmax(-1.0, (m[0][0] + m[1][1] + m[2][2] - 1.0) / 2.0))) * 180.0 / pi;
 }
@@ -156,12 +133,12 @@ TEST_CASE("errors of random trajectories are those of products of 4 x 4 matrices
         std::vector<double> ate, aligned, turned, rpe, rpe_deg;
         for (std::size_t i = 0; i < truth.size(); ++i) {
             auto const p = matrix(estimate[i]), q = matrix(truth[i]);
-            ate.push_back(std::hypot(p[0][3] - q[0][3], p[1][3] - q[1][3], p[2][3] - q[2][3]));
+            ate.push_back(glm::length(glm::dvec3{p[3] - q[3]}));
             aligned.push_back(glm::length(rotation * estimate[i].position + shift - truth[i].position));
-            turned.push_back(degrees(product(inverse(q), p)));
+            turned.push_back(degrees(glm::inverse(q) * p));
             if (i == 0) continue;
             // evo: (Q_i^-1 Q_j)^-1 (P_i^-1 P_j)
-            auto const step = product(inverse(product(inverse(matrix(truth[i - 1])), q)), product(inverse(matrix(estimate[i - 1])), p));
+            auto const step = glm::inverse(glm::inverse(matrix(truth[i - 1])) * q) * (glm::inverse(matrix(estimate[i - 1])) * p);
             rpe.push_back(translation(step));
             rpe_deg.push_back(degrees(step));
         }
