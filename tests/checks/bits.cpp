@@ -1,30 +1,16 @@
 // Renders random Gaussians by the naive loop and on the mesh, and prints a hash of each picture's bits. It also prints a hash of very many
 // projected records, because a difference that changes a bound by one pixel is rare. exact_bits.sh builds this with various flags and
 // compares.
+#include "hashed.hpp"
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <tilemesh/basic_renderer.hpp>
 #include <tilemesh/report/naive.hpp>
 #include <vector>
 
 namespace {
 using namespace tilemesh;
-
-/// Marsaglia's xorshift. It uses integers, so no flag can change the scene.
-struct Random {
-    std::uint32_t state = 2463534242u;
-    /// A multiple of 2^-16 in [low, low + span), exact for integers below 128. Nothing in it rounds, fused or not.
-    float next(int low, std::uint32_t span)
-    {
-        state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
-        auto const steps = static_cast<std::int32_t>((state >> 8) % (span << 16));
-        return static_cast<float>(low * 65536 + steps) * (1.0f / 65536);
-    }
-};
 
 scene::Map random_map(std::uint32_t count)
 {
@@ -43,18 +29,6 @@ scene::Map random_map(std::uint32_t count)
         map.gaussians.push_back(g);
     }
     return map;
-}
-
-template <class Item>
-std::uint64_t hash(std::vector<Item> const& items) // FNV-1a over words
-{
-    std::uint64_t h = 14695981039346656037u;
-    for (Item const& item : items) {
-        std::uint32_t words[sizeof(Item) / 4];
-        std::memcpy(words, &item, sizeof item);
-        for (auto const word : words) h = (h ^ word) * 1099511628211u;
-    }
-    return h;
 }
 
 std::vector<splat::Splat> project(scene::Map const& map, splat::Camera const& camera, splat::Rules const& rules)
@@ -80,11 +54,10 @@ std::vector<std::uint32_t> levels()
 
 int main()
 {
-    std::printf("levels %016llx\n", static_cast<unsigned long long>(hash(levels())));
+    std::printf("levels %016llx\n", hash(levels()));
     auto const map = random_map(600), many = random_map(300'000);
-    splat::Camera const camera{{{0.96f, 0.0f, 0.28f}, {0.0f, 1.0f, 0.0f}, {-0.28f, 0.0f, 0.96f}},
-                               {0.125f, -0.25f, -2.5f},
-                               110.7f, 111.3f, 77.9f, 38.3f, 0.2f, 156, 77};
+    splat::Camera const camera{
+        {{0.96f, 0.0f, 0.28f}, {0.0f, 1.0f, 0.0f}, {-0.28f, 0.0f, 0.96f}}, {0.125f, -0.25f, -2.5f}, 110.7f, 111.3f, 77.9f, 38.3f, 0.2f, 156, 77};
     for (auto const footprint : {splat::Footprint::opacity_box, splat::Footprint::three_sigma_square}) {
         RendererOptions options;
         options.grid = {5, 4};
@@ -95,13 +68,10 @@ int main()
         rules.footprint = footprint;
         auto const naive = report::render_naive(map.gaussians, camera, rules);
         auto const mesh = renderer.render(camera);
-        std::printf("projected %016llx naive %016llx mesh %016llx (%llu pairs)\n",
-                    static_cast<unsigned long long>(hash(project(many, camera, rules))),
-                    static_cast<unsigned long long>(hash(naive.rgb)), static_cast<unsigned long long>(hash(mesh.image.rgb)),
-                    static_cast<unsigned long long>(mesh.report.pairs_contributing));
+        std::printf("projected %016llx naive %016llx mesh %016llx (%llu pairs)\n", hash(project(many, camera, rules)), hash(naive.rgb),
+                    hash(mesh.image.rgb), static_cast<unsigned long long>(mesh.report.pairs_contributing));
         options.arithmetic = splat::Arithmetic::fast;
-        std::printf("fast %016llx\n",
-                    static_cast<unsigned long long>(hash(BasicRenderer<>(map, options).render(camera).image.rgb)));
+        std::printf("fast %016llx\n", hash(BasicRenderer<>(map, options).render(camera).image.rgb));
         if (hash(naive.rgb) != hash(mesh.image.rgb)) {
             std::puts("the mesh's picture is not the naive one");
             return 1;

@@ -86,15 +86,15 @@ for path in $system; do other_machine="$other_machine -isystem $path"; done
 
 # What is in it, before the optimiser has looked.
 ir=$folder/O0.ll
-refuse "a call through a pointer (virtual, or a function pointer) or assembly in" "$(awk '
-    /^define / { match($0, /@[A-Za-z0-9_.$]+\(/); name = substr($0, RSTART + 1, RLENGTH - 2) }
-    /^ .*(call|invoke) / && !/@[A-Za-z0-9_.$]+\(/ && name != said { print name; said = name }' "$ir" | plain)"
-refuse "double precision in" "$(awk '
-    /^define / { match($0, /@[A-Za-z0-9_.$]+\(/); name = substr($0, RSTART + 1, RLENGTH - 2) }
-    /^(define| ).*[^A-Za-z0-9_.%@"]double[^A-Za-z0-9_.]/ && name != said { print name; said = name }' "$ir" | plain)"
-refuse "atomics in" "$(awk '
-    /^define / { match($0, /@[A-Za-z0-9_.$]+\(/); name = substr($0, RSTART + 1, RLENGTH - 2) }
-    /^ .*(atomicrmw|cmpxchg|fence|(load|store) atomic) / && name != said { print name; said = name }' "$ir" | plain)"
+# functions_with PATTERN [WITHOUT]: those with a line of code that is so.
+functions_with() {
+    awk -v with="$1" -v without="${2:-^$}" '
+        /^define / { match($0, /@[A-Za-z0-9_.$]+\(/); name = substr($0, RSTART + 1, RLENGTH - 2) }
+        $0 ~ with && $0 !~ without && name != said { print name; said = name }' "$ir" | plain
+}
+refuse "a call through a pointer (virtual, or a function pointer) or assembly in" "$(functions_with '^ .*(call|invoke) ' '@[A-Za-z0-9_.$]+\\(')"
+refuse "double precision in" "$(functions_with '^(define| ).*[^A-Za-z0-9_.%@"]double[^A-Za-z0-9_.]')"
+refuse "atomics in" "$(functions_with '^ .*(atomicrmw|cmpxchg|fence|(load|store) atomic) ')"
 refuse "data that changes" "$(sed -nE 's/^@([A-Za-z0-9_.$]+) = (.* )?global .*/\1/p' "$ir" | plain)"
 
 # "caller callee" for each call.

@@ -1,16 +1,29 @@
-# Compiles SOURCE. Its first lines say what must happen: `// COMPILES`, or one or more `// EXPECT: <regex>`, of which the first must
-# match the first error (a user reads that one) and the others something in the compiler's output.
+# Compiles SOURCE, or of several cases in it the CASE: the lines above the first `// CASE NAME`, and those of the case. The case's first lines
+# say what must happen: `// COMPILES`, or one or more `// EXPECT: <regex>`, of which the first must match the first error (a user reads that
+# one) and the others something in the compiler's output.
 set(NO_ECHO -fno-diagnostics-show-caret) # an echoed line of a header would match too
 if(CLANG)
     set(NO_ECHO -fno-caret-diagnostics)
 endif()
-file(STRINGS "${SOURCE}" head REGEX "^// (EXPECT: |COMPILES)")
+file(READ "${SOURCE}" text)
+string(FIND "${text}" "\n// CASE ${CASE}\n" begin)
+if(NOT begin EQUAL -1)
+    string(FIND "${text}" "\n// CASE " end_of_prelude)
+    string(SUBSTRING "${text}" 0 ${end_of_prelude} prelude)
+    string(SUBSTRING "${text}" ${begin} -1 text)
+    string(REGEX REPLACE "^(\n// CASE [^\n]*\n)" "" text "${text}")
+    string(FIND "${text}" "\n// CASE " end)
+    string(SUBSTRING "${text}" 0 ${end} text)
+    set(text "${prelude}\n${text}\n")
+endif()
+file(WRITE "${UNIT}" "${text}")
+file(STRINGS "${UNIT}" head REGEX "^// (EXPECT: |COMPILES)")
 set(ENV{LC_ALL} C)
 execute_process(
-    COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${NO_ECHO} -I "${INCLUDE}" -I "${CMAKE_CURRENT_LIST_DIR}/../poplar/standin" "${SOURCE}"
+    COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${NO_ECHO} -I "${INCLUDE}" -I "${CMAKE_CURRENT_LIST_DIR}/../poplar/standin" "${UNIT}"
     RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
 if(NOT head)
-    message(FATAL_ERROR "${SOURCE} says neither EXPECT nor COMPILES")
+    message(FATAL_ERROR "${SOURCE} ${CASE} says neither EXPECT nor COMPILES")
 elseif(head STREQUAL "// COMPILES")
     if(failed)
         message(FATAL_ERROR "must compile:\n${output}")

@@ -1,9 +1,9 @@
 #!/bin/sh
-# usage: exact_bits.sh COMPILER INCLUDE PROGRAM
+# usage: exact_bits.sh COMPILER INCLUDE FOLDER_OF_kernel_headers.hpp PROGRAM
 # Builds bits.cpp by plain command lines and wants the same bits from all that have the same `multiply_add`: whatever the
 # optimisation, and whether or not the user's flags let the compiler fuse a * b + c. With TILEMESH_FAST=1 it makes two builds of six.
 set -eu
-compiler=$1 include=$2 program=$3
+compiler=$1 include=$2 headers=$3 program=$4
 failed=0
 
 group() { # a name, then one string of flags a build
@@ -32,7 +32,7 @@ group "any machine" "-O3" "-O0" "-O3 -DTILEMESH_INSTRUCTION_SETS=0" # the first 
 
 # Clang marks what it may fuse: nothing in kernel code. (Its pictures alone would hardly show it.)
 if "$compiler" --version | grep -q clang; then
-    "$compiler" -std=c++20 -O0 -S -emit-llvm -gline-tables-only -I "$include" kernels.cpp -o "$program.ll"
+    "$compiler" -std=c++20 -O0 -S -emit-llvm -gline-tables-only -I "$include" -I "$headers" kernels.cpp -o "$program.ll"
     if grep 'call .*llvm.fmuladd' "$program.ll"; then
         grep -B40 'call .*llvm.fmuladd' "$program.ll" | grep '^define' && echo "^ may be fused there" && failed=1
     fi

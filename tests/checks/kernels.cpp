@@ -1,100 +1,6 @@
 // Kernel code as a codelet compiler sees it: every header of machine/ and splat/, and each kernel of both frame
 // programs, called on words that another owner holds. kernels.sh compiles this as C++17 and C++20 and checks which symbols the object needs.
-#include <tilemesh/machine/buffer.hpp>
-#include <tilemesh/machine/channel.hpp>
-#include <tilemesh/machine/either.hpp>
-#include <tilemesh/machine/grid.hpp>
-#include <tilemesh/machine/kernel.hpp>
-#include <tilemesh/machine/name.hpp>
-#include <tilemesh/machine/operations.hpp>
-#include <tilemesh/machine/reduce.hpp>
-#include <tilemesh/machine/run_kernel.hpp>
-#include <tilemesh/machine/spec.hpp>
-#include <tilemesh/machine/superstep.hpp>
-#include <tilemesh/machine/tile.hpp>
-#include <tilemesh/machine/types.hpp>
-#include <tilemesh/splat/access.hpp>
-#include <tilemesh/splat/bend.hpp>
-#include <tilemesh/splat/blending.hpp>
-#include <tilemesh/splat/blending_block.hpp>
-#include <tilemesh/splat/blending_hits.hpp>
-#include <tilemesh/splat/blending_rules.hpp>
-#include <tilemesh/splat/contribution.hpp>
-#include <tilemesh/splat/counts.hpp>
-#include <tilemesh/splat/cell_state.hpp>
-#include <tilemesh/splat/cell_lists.hpp>
-#include <tilemesh/splat/cell_masks.hpp>
-#include <tilemesh/splat/cell_tiles.hpp>
-#include <tilemesh/splat/cell_wide.hpp>
-#include <tilemesh/splat/cell_window.hpp>
-#include <tilemesh/splat/blending_cells.hpp>
-#include <tilemesh/splat/bloom.hpp>
-#include <tilemesh/splat/bound.hpp>
-#include <tilemesh/splat/bounded.hpp>
-#include <tilemesh/splat/camera.hpp>
-#include <tilemesh/splat/compositing.hpp>
-#include <tilemesh/splat/depth_key.hpp>
-#include <tilemesh/splat/depth_sort.hpp>
-#include <tilemesh/splat/exponential.hpp>
-#include <tilemesh/splat/fitted.hpp>
-#include <tilemesh/splat/footprint.hpp>
-#include <tilemesh/splat/frame_program.hpp>
-#include <tilemesh/splat/frame_start.hpp>
-#include <tilemesh/splat/gaussian.hpp>
-#include <tilemesh/splat/harmonics.hpp>
-#include <tilemesh/splat/homes/blend.hpp>
-#include <tilemesh/splat/homes/block_lists.hpp>
-#include <tilemesh/splat/homes/counts.hpp>
-#include <tilemesh/splat/homes/deliver.hpp>
-#include <tilemesh/splat/homes/fold.hpp>
-#include <tilemesh/splat/homes/program.hpp>
-#include <tilemesh/splat/homes/regions.hpp>
-#include <tilemesh/splat/homes/tell.hpp>
-#include <tilemesh/splat/instruction_sets.hpp>
-#include <tilemesh/splat/lanes.hpp>
-#include <tilemesh/splat/lens.hpp>
-#include <tilemesh/splat/lens_point.hpp>
-#include <tilemesh/splat/logarithm.hpp>
-#include <tilemesh/splat/rules.hpp>
-#include <tilemesh/splat/map/cast.hpp>
-#include <tilemesh/splat/map/chain.hpp>
-#include <tilemesh/splat/map/compare.hpp>
-#include <tilemesh/splat/map/grow.hpp>
-#include <tilemesh/splat/map/insert.hpp>
-#include <tilemesh/splat/map/loss.hpp>
-#include <tilemesh/splat/map/operations.hpp>
-#include <tilemesh/splat/map/optimise.hpp>
-#include <tilemesh/splat/map/program.hpp>
-#include <tilemesh/splat/map/regions.hpp>
-#include <tilemesh/splat/map/rest.hpp>
-#include <tilemesh/splat/map/sums.hpp>
-#include <tilemesh/splat/map/tile.hpp>
-#include <tilemesh/splat/map/walk.hpp>
-#include <tilemesh/splat/number.hpp>
-#include <tilemesh/splat/operations.hpp>
-#include <tilemesh/splat/policies.hpp>
-#include <tilemesh/splat/policy_set.hpp>
-#include <tilemesh/splat/pose/blend.hpp>
-#include <tilemesh/splat/pose/gradients.hpp>
-#include <tilemesh/splat/pose/motion.hpp>
-#include <tilemesh/splat/pose/operations.hpp>
-#include <tilemesh/splat/pose/program.hpp>
-#include <tilemesh/splat/pose/regions.hpp>
-#include <tilemesh/splat/pose/rows.hpp>
-#include <tilemesh/splat/pose/sums.hpp>
-#include <tilemesh/splat/pose/terms.hpp>
-#include <tilemesh/splat/pose/tile.hpp>
-#include <tilemesh/splat/project_all.hpp>
-#include <tilemesh/splat/projection.hpp>
-#include <tilemesh/splat/quality.hpp>
-#include <tilemesh/splat/references.hpp>
-#include <tilemesh/splat/regions.hpp>
-#include <tilemesh/splat/routing.hpp>
-#include <tilemesh/splat/search.hpp>
-#include <tilemesh/splat/setup_types.hpp>
-#include <tilemesh/splat/setup.hpp>
-#include <tilemesh/splat/target_pixel.hpp>
-#include <tilemesh/splat/view.hpp>
+#include "kernel_headers.hpp" // every header of machine/ and splat/: CMakeLists.txt writes this file
 
 namespace {
 using namespace tilemesh;
@@ -190,16 +96,14 @@ struct ShadedHomes : Homes { // degree 2, with planes
 };
 } // namespace
 
-#define KERNEL(prefix, kernel, Setup, Kernel)                                                                                     \
-    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept                                                            \
+#define EXPORT(name, Program, Setup, ...)                                                                                          \
+    extern "C" std::uint32_t name(Sram const& s) noexcept                                                                         \
     {                                                                                                                             \
-        return run<splat::Frame<Setup>, Setup, splat::Kernel<Setup>>(s);                                                          \
+        return run<Program, Setup, __VA_ARGS__>(s);                                                                               \
     }
-#define HOMES_KERNEL(prefix, kernel, Setup, Kernel)                                                                               \
-    extern "C" std::uint32_t prefix##_##kernel(Sram const& s) noexcept                                                            \
-    {                                                                                                                             \
-        return run<splat::homes::Frame<Setup::Values>, Setup, splat::homes::Kernel<Setup::Values>>(s);                            \
-    }
+#define KERNEL(prefix, kernel, Setup, Kernel) EXPORT(prefix##_##kernel, splat::Frame<Setup>, Setup, splat::Kernel<Setup>)
+#define HOMES_KERNEL(prefix, kernel, Setup, Kernel) \
+    EXPORT(prefix##_##kernel, splat::homes::Frame<Setup::Values>, Setup, splat::homes::Kernel<Setup::Values>)
 #define ALL_HOMES_KERNELS(prefix, Setup)                                                                                          \
     HOMES_KERNEL(prefix, project, Setup, Project)                                                                                 \
     HOMES_KERNEL(prefix, begin, Setup, Begin)                                                                                     \
@@ -235,11 +139,7 @@ HOMES_KERNEL(district_homes, deliver, DistrictHomes, Deliver)
 
 // The kernels of a program that tracks.
 using Tracked = splat::pose::Tracked<splat::Lossless>;
-#define POSE_KERNEL(kernel, Kernel)                                                                                               \
-    extern "C" std::uint32_t tracked_##kernel(Sram const& s) noexcept                                                             \
-    {                                                                                                                             \
-        return run<splat::pose::PoseFrame<Tracked>, Tracked, Kernel>(s);                                                          \
-    }
+#define POSE_KERNEL(kernel, Kernel) EXPORT(tracked_##kernel, splat::pose::PoseFrame<Tracked>, Tracked, Kernel)
 POSE_KERNEL(project, splat::Project<Tracked>)
 POSE_KERNEL(route, splat::Route<Tracked>)
 POSE_KERNEL(bloom, splat::Bloom<Tracked>)
@@ -276,11 +176,7 @@ struct Mapping {
     static constexpr splat::map::MapSizes sizes = splat::map::sizes_on<splat::map::SecondMomentByKind>(size_of_machine<Mk2>(), {32, 20}, 300, 100);
 };
 } // namespace
-#define MAP_KERNEL(kernel, Kernel)                                                                                                \
-    extern "C" std::uint32_t mapping_##kernel(Sram const& s) noexcept                                                             \
-    {                                                                                                                             \
-        return run<splat::map::MapStep<splat::map::SecondMomentByKind>, Mapping, splat::map::Kernel>(s);                          \
-    }
+#define MAP_KERNEL(kernel, Kernel) EXPORT(mapping_##kernel, splat::map::MapStep<splat::map::SecondMomentByKind>, Mapping, splat::map::Kernel)
 MAP_KERNEL(begin_view, BeginView)
 MAP_KERNEL(project_records, ProjectRecords)
 MAP_KERNEL(cast, Cast)
@@ -302,11 +198,7 @@ struct Growing {
         splat::map::sizes_on<splat::map::SecondMomentByKind, splat::map::GrowStep>(size_of_machine<Mk2>(), {32, 20}, 300, 100, 2);
 };
 } // namespace
-#define GROW_KERNEL(kernel, Kernel)                                                                                               \
-    extern "C" std::uint32_t growing_##kernel(Sram const& s) noexcept                                                             \
-    {                                                                                                                             \
-        return run<splat::map::GrowStep<splat::map::SecondMomentByKind>, Growing, splat::map::Kernel>(s);                         \
-    }
+#define GROW_KERNEL(kernel, Kernel) EXPORT(growing_##kernel, splat::map::GrowStep<splat::map::SecondMomentByKind>, Growing, splat::map::Kernel)
 GROW_KERNEL(begin_cells, BeginCells)
 GROW_KERNEL(look, Look)
 GROW_KERNEL(pass_cells, PassCells)
@@ -320,14 +212,8 @@ struct ShadedMapping {
     static constexpr splat::map::MapSizes sizes = splat::map::sizes_on<ShadedOptimiser>(size_of_machine<Mk2>(), {32, 20}, 300, 100);
 };
 } // namespace
-extern "C" std::uint32_t shaded_project_records(Sram const& s) noexcept
-{
-    return run<splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::ProjectShaded<ShadedOptimiser>>(s);
-}
-extern "C" std::uint32_t shaded_take_step(Sram const& s) noexcept
-{
-    return run<splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::TakeStep<ShadedOptimiser>>(s);
-}
+EXPORT(shaded_project_records, splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::ProjectShaded<ShadedOptimiser>)
+EXPORT(shaded_take_step, splat::map::MapStep<ShadedOptimiser>, ShadedMapping, splat::map::TakeStep<ShadedOptimiser>)
 // What these are made of: the cell of a keyframe, and what goes.
 extern "C" bool map_insert(splat::map::CellSums& sums, splat::TargetPixel const& target, splat::map::ShownPixel const& shown, splat::Camera const& camera,
                            splat::map::CellGrid const& grid, std::uint32_t cell, splat::Gaussian& to) noexcept

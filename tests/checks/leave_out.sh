@@ -87,14 +87,27 @@ for flags in $every; do
 done
 
 # 3. Symbols: unoptimised, so that nothing is inlined away.
-lacks() { # SETUP WORDS
-    compile names kernels_of -O0 -DSETUP="$1"
+symbols() { # SOURCE FLAGS...
+    compile names "$@"
     "$nm" -C "$folder/names.o" >"$folder/names.txt"
+}
+none_has() { # WHAT WORDS
     if grep -E "$2" "$folder/names.txt"; then
         echo "$1: a symbol of what it does without"
         failed=1
     fi
     printf '%-16s %s: %s symbols, none has %s\n' -O0 "$1" "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$2"
+}
+each_is_there() { # WHAT WORD...
+    what=$1
+    shift
+    for word in "$@"; do
+        grep -qE "$word" "$folder/names.txt" || { echo "no symbol of $what has $word: this check looks for a name that is none" && failed=1; }
+    done
+}
+lacks() { # SETUP WORDS
+    symbols kernels_of -O0 -DSETUP="$1"
+    none_has "$1" "$2"
 }
 routing='Route|Road|Waiting|FlowControl'
 bloom='Bloom|Beam|OwedCopies|is_child'
@@ -105,28 +118,12 @@ lacks with_bloom "$routing|$harmonics|$planes"
 lacks with_routing "$bloom|$harmonics|$planes"
 lacks Lossless "$harmonics|$planes"
 lacks degree_1 "$planes"
-compile names kernels_of -O0 -DSETUP=everything
-"$nm" -C "$folder/names.o" >"$folder/names.txt"
-for word in $(echo "$routing|$bloom|$harmonics|$planes" | tr '|' ' '); do
-    if ! grep -q "$word" "$folder/names.txt"; then
-        echo "no symbol of everything has $word: this check looks for a name that is none"
-        failed=1
-    fi
-done
-trace='::operations\(|TileSample|SuperstepSample|tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'
-compile names mesh_of -O0 -DTILEMESH_COMPILED -DMACHINE=Mk2
-"$nm" -C "$folder/names.o" >"$folder/names.txt"
-if grep -E "$trace" "$folder/names.txt"; then
-    echo "a machine without a trace: a symbol of one"
-    failed=1
-fi
-printf '%-16s engines on Mk2: %s symbols, none has %s\n' -O0 "$(wc -l <"$folder/names.txt" | tr -d ' ')" "$trace"
-compile names mesh_of -O0 -DTILEMESH_COMPILED '-DMACHINE=Traced<Mk2>'
-"$nm" -C "$folder/names.o" >"$folder/names.txt"
-for word in '::operations\(' TileSample SuperstepSample 'tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'; do
-    if ! grep -qE "$word" "$folder/names.txt"; then
-        echo "no symbol of a machine with a trace has $word: this check looks for a name that is none"
-        failed=1
-    fi
-done
+symbols kernels_of -O0 -DSETUP=everything
+# shellcheck disable=SC2046
+each_is_there everything $(echo "$routing|$bloom|$harmonics|$planes" | tr '|' ' ')
+operations='::operations\(' trace='tilemesh::v[0-9_]+::Trace([^A-Za-z]|$)'
+symbols mesh_of -O0 -DTILEMESH_COMPILED -DMACHINE=Mk2
+none_has "engines on Mk2" "$operations|TileSample|SuperstepSample|$trace"
+symbols mesh_of -O0 -DTILEMESH_COMPILED '-DMACHINE=Traced<Mk2>'
+each_is_there "a machine with a trace" "$operations" TileSample SuperstepSample "$trace"
 exit $failed

@@ -116,22 +116,25 @@ private:
     std::string text_;
 };
 
+std::string number(std::size_t i) { return std::to_string(i); }
 std::string repeated(std::size_t n, std::function<std::string(std::size_t)> const& entry)
 {
     std::string text;
     for (std::size_t i = 0; i < n; ++i) text += entry(i);
     return text;
 }
+/// The text with this number for each $.
+std::string filled(std::string_view text, std::size_t value)
+{
+    std::string out;
+    for (char const c : text) c == '$' ? out += number(value) : out += c;
+    return out;
+}
+/// Entry after entry, with its index for each $. An entry that ends with a comma is one of a list, whose last entry has none.
 std::string repeated(std::size_t n, std::string_view entry)
 {
-    return repeated(n, [&](std::size_t) { return std::string(entry); });
-}
-/// With commas between the entries.
-template <class Entry>
-std::string listed(std::size_t n, Entry const& entry)
-{
-    std::string text = repeated(n, entry);
-    if (!text.empty()) text.pop_back();
+    auto text = repeated(n, [&](std::size_t i) { return filled(entry, i); });
+    if (text.ends_with(',')) text.pop_back();
     return text;
 }
 
@@ -195,7 +198,20 @@ void expect_linear(std::string const& name, Ends ends, Reader const& read, Text 
     }
 }
 
-std::string number(std::size_t i) { return std::to_string(i); }
+/// A text of `times` entries for each of n, with their number for each $ of the text before and after them.
+struct Row {
+    char const* name;
+    Ends ends;
+    std::string before, entry, after = "";
+    std::size_t times = 1, n = 1000;
+};
+void expect_linear(Reader const& read, std::vector<Row> const& rows)
+{
+    for (auto const& row : rows)
+        expect_linear(row.name, row.ends, read, [&](std::size_t n) {
+            return filled(row.before, row.times * n) + repeated(row.times * n, row.entry) + filled(row.after, row.times * n);
+        }, row.n);
+}
 
 void camera_json()
 {
@@ -204,83 +220,46 @@ void camera_json()
         std::vector<std::string> notes;
         scene::read_cameras_json(in, "cameras.json", &notes);
     };
-    auto const own = [](std::size_t i) {
-        return R"({"name":"c)" + number(i) + R"(","width":640,"height":480,"fx":500.25,"fy":510,"cx":320.5,"cy":240,"world_to_camera":)"
-               "[[1,0,0,0.125],[0,1,0,2],[0,0,1,-3e-1],[0,0,0,1]]},";
-    };
-    auto const training = [](std::string const& name, std::size_t i) {
-        return R"({"id":)" + number(i) + R"(,"img_name":")" + name + R"(","width":640,"height":480,"fx":500.25,"fy":510,)"
-               R"("position":[1,2,3],"rotation":[[1,0,0],[0,1,0],[0,0,1]]},)";
-    };
-    auto const of = [](std::string const& list) { return R"({"cameras":[)" + list + "]}"; };
-    expect_linear("JSON: own cameras", Ends::well, read, [&](std::size_t n) { return of(listed(n, own)); });
-    expect_linear("JSON: own cameras, all of one name", Ends::refused, read,
-                  [&](std::size_t n) { return of(listed(n, [&](std::size_t) { return own(0); })); });
-    expect_linear("JSON: cameras of a training", Ends::well, read,
-                  [&](std::size_t n) { return "[" + listed(n, [&](std::size_t i) { return training("c" + number(i), i); }) + "]"; });
-    expect_linear("JSON: cameras of a training that share a name", Ends::well, read,
-                  [&](std::size_t n) { return "[" + listed(n, [&](std::size_t i) { return training("same", i); }) + "]"; });
-    expect_linear("JSON: cameras of a training after one that is not usable", Ends::refused, read, [&](std::size_t n) {
-        return R"([{"img_name":"first"},)" + listed(n, [&](std::size_t i) { return training("c" + number(i), i); }) + "]";
+    std::string const own = R"({"name":"c$","width":640,"height":480,"fx":500.25,"fy":510,"cx":320.5,"cy":240,"world_to_camera":)"
+                            "[[1,0,0,0.125],[0,1,0,2],[0,0,1,-3e-1],[0,0,0,1]]},";
+    std::string const of_training = R"("width":640,"height":480,"fx":500.25,"fy":510,"position":[1,2,3],"rotation":[[1,0,0],[0,1,0],[0,0,1]]},)";
+    std::string const training = R"({"id":$,"img_name":"c$",)" + of_training, cameras = R"({"cameras":[)";
+    std::string const lens = R"({"w":1,"h":1,"fl_x":1,"frames":[)", no_lens = R"({"frames":[)";
+    std::string const pose = R"("transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])", frame = R"({"file_path":"$",)" + pose;
+    expect_linear(read, {
+        {"JSON: own cameras", Ends::well, cameras, own, "]}"},
+        {"JSON: own cameras, all of one name", Ends::refused, cameras, filled(own, 0), "]}"},
+        {"JSON: cameras of a training", Ends::well, "[", training, "]"},
+        {"JSON: cameras of a training that share a name", Ends::well, "[", R"({"id":$,"img_name":"same",)" + of_training, "]"},
+        {"JSON: cameras of a training after one that is not usable", Ends::refused, R"([{"img_name":"first"},)", training, "]"},
+        {"JSON: the shortest cameras of a training", Ends::well, "[",
+         R"({"img_name":"$","width":1,"height":1,"fx":1,"fy":1,"position":[0,0,0],"rotation":[[1,0,0],[0,1,0],[0,0,1]]},)", "]"},
+        {"transforms.json: the shortest frames", Ends::well, lens, frame + "},", "]}"},
+        {"transforms.json: the lens behind the frames", Ends::well, no_lens, frame + "},", R"(],"w":640,"h":480,"camera_angle_x":0.75})"},
+        {"transforms.json: a lens for each frame", Ends::well, lens, frame + R"(,"w":2},)", "]}"},
+        {"transforms.json: frames of one name", Ends::refused, lens, filled(frame, 0) + "},", "]}"},
+        {"transforms.json: keys of a frame that nobody reads", Ends::well, lens, frame + R"(,"k$":0},)", "]}"},
+        {"transforms.json: {} in frames[]", Ends::refused, no_lens, "{},", "]}"},
+        {"transforms.json: frames[] again and again", Ends::refused, "{", R"("frames":[)" + frame + "}],", "}"},
+        {"JSON: names and nothing else", Ends::refused, "[", R"({"img_name":"$"},)", "]"},
+        {"JSON: {} in a list", Ends::refused, "[", "{},", "]"},
+        {"JSON: {} in cameras[]", Ends::refused, cameras, "{},", "]}"},
+        {"JSON: [] in a list", Ends::refused, "[", "[],", "]"},
+        {"JSON: numbers in a list", Ends::refused, "[", "0,", "]"},
+        {"JSON: lists without an end", Ends::refused, "[", "[0],"},
+        {"JSON: keys that nobody reads", Ends::well, "{", R"("u$":[{"a":1}],)", R"(,"cameras":[]})"},
+        {"JSON: keys of a camera that nobody reads", Ends::well, cameras + filled(own, 0).substr(0, filled(own, 0).size() - 2) + ",",
+         R"("k10$":0,)", "}]}"},
+        {"JSON: a long list of distortion", Ends::well, R"({"distortion":[[)", "0,", R"(]],"cameras":[]})", 16},
+        {"JSON: the same key again and again", Ends::well, "{", R"("cameras":[],)", "}"},
+        {"JSON: fields of one camera again and again", Ends::refused, cameras + "{", R"("name":"a","fx":1,)", "}]}"},
+        {"JSON: a matrix of many rows", Ends::refused, cameras + R"({"name":"a","world_to_camera":[)", "[1,2,3,4],", "]}]}"},
+        {"JSON: a long name", Ends::refused, cameras + R"({"name":")", "x\\u00e9", "\"}]}", 64},
+        {"JSON: a long number", Ends::refused, cameras + R"({"name":"a","fx":0.)", "3", "}]}", 64},
+        {"JSON: a number that is too long", Ends::refused, "[", "9", "]", 64},
+        {"JSON: blanks", Ends::well, "[", " \n\t", "]", 16},
+        {"JSON: blanks and no end", Ends::refused, "[", "\n", "", 16},
     });
-    std::string const short_matrix = R"("rotation":[[1,0,0],[0,1,0],[0,0,1]])", short_lens = R"("width":1,"height":1,"fx":1,"fy":1)";
-    expect_linear("JSON: the shortest cameras of a training", Ends::well, read, [&](std::size_t n) {
-        return "[" + listed(n, [&](std::size_t i) {
-                   return R"({"img_name":")" + number(i) + "\"," + short_lens + R"(,"position":[0,0,0],)" + short_matrix + "},";
-               }) + "]";
-    });
-    std::string const short_pose = R"("transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]])";
-    auto const frame = [&](std::size_t i, std::string const& more) { return R"({"file_path":")" + number(i) + "\"," + short_pose + more + "},"; };
-    auto const transforms = [](std::string const& lens, std::string const& frames, std::string const& end = "") {
-        return "{" + lens + R"("frames":[)" + frames + "]" + end + "}";
-    };
-    std::string const short_transforms_lens = R"("w":1,"h":1,"fl_x":1,)";
-    expect_linear("transforms.json: the shortest frames", Ends::well, read,
-                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, ""); })); });
-    expect_linear("transforms.json: the lens behind the frames", Ends::well, read, [&](std::size_t n) {
-        return transforms("", listed(n, [&](std::size_t i) { return frame(i, ""); }), R"(,"w":640,"h":480,"camera_angle_x":0.75)");
-    });
-    expect_linear("transforms.json: a lens for each frame", Ends::well, read,
-                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, R"(,"w":2)"); })); });
-    expect_linear("transforms.json: frames of one name", Ends::refused, read,
-                  [&](std::size_t n) { return transforms(short_transforms_lens, listed(n, [&](std::size_t) { return frame(0, ""); })); });
-    expect_linear("transforms.json: keys of a frame that nobody reads", Ends::well, read, [&](std::size_t n) {
-        return transforms(short_transforms_lens, listed(n, [&](std::size_t i) { return frame(i, ",\"k" + number(i) + "\":0"); }));
-    });
-    expect_linear("transforms.json: {} in frames[]", Ends::refused, read, [&](std::size_t n) { return transforms("", listed(n, "{},")); });
-    expect_linear("transforms.json: frames[] again and again", Ends::refused, read,
-                  [&](std::size_t n) { return "{" + listed(n, [&](std::size_t i) { auto const one = frame(i, ""); return R"("frames":[)" + one.substr(0, one.size() - 1) + "],"; }) + "}"; });
-    expect_linear("JSON: names and nothing else", Ends::refused, read, [&](std::size_t n) {
-        return "[" + listed(n, [&](std::size_t i) { return R"({"img_name":")" + number(i) + "\"},"; }) + "]";
-    });
-    expect_linear("JSON: {} in a list", Ends::refused, read, [](std::size_t n) { return "[" + listed(n, "{},") + "]"; });
-    expect_linear("JSON: {} in cameras[]", Ends::refused, read, [&](std::size_t n) { return of(listed(n, "{},")); });
-    expect_linear("JSON: [] in a list", Ends::refused, read, [](std::size_t n) { return "[" + listed(n, "[],") + "]"; });
-    expect_linear("JSON: numbers in a list", Ends::refused, read, [](std::size_t n) { return "[" + listed(n, "0,") + "]"; });
-    expect_linear("JSON: lists without an end", Ends::refused, read, [](std::size_t n) { return "[" + repeated(n, "[0],"); });
-    expect_linear("JSON: keys that nobody reads", Ends::well, read, [](std::size_t n) {
-        return "{" + repeated(n, [](std::size_t i) { return "\"u" + number(i) + "\":[{\"a\":1}],"; }) + R"("cameras":[]})";
-    });
-    expect_linear("JSON: keys of a camera that nobody reads", Ends::well, read, [&](std::size_t n) {
-        auto const camera = listed(1, own);
-        return of(camera.substr(0, camera.size() - 1) + repeated(n, [](std::size_t i) { return ",\"k" + number(100 + i) + "\":0"; }) + "}");
-    });
-    expect_linear("JSON: a long list of distortion", Ends::well, read,
-                  [](std::size_t n) { return R"({"distortion":[[)" + listed(16 * n, "0,") + R"(]],"cameras":[]})"; });
-    expect_linear("JSON: the same key again and again", Ends::well, read,
-                  [](std::size_t n) { return "{" + listed(n, R"("cameras":[],)") + "}"; });
-    expect_linear("JSON: fields of one camera again and again", Ends::refused, read,
-                  [&](std::size_t n) { return of("{" + listed(n, R"("name":"a","fx":1,)") + "}"); });
-    expect_linear("JSON: a matrix of many rows", Ends::refused, read,
-                  [&](std::size_t n) { return of(R"({"name":"a","world_to_camera":[)" + listed(n, "[1,2,3,4],") + "]}"); });
-    expect_linear("JSON: a long name", Ends::refused, read,
-                  [&](std::size_t n) { return of(R"({"name":")" + repeated(64 * n, "x\\u00e9") + "\"}"); });
-    expect_linear("JSON: a long number", Ends::refused, read,
-                  [&](std::size_t n) { return of(R"({"name":"a","fx":0.)" + std::string(64 * n, '3') + "}"); });
-    expect_linear("JSON: a number that is too long", Ends::refused, read,
-                  [](std::size_t n) { return "[" + std::string(64 * n, '9') + "]"; });
-    expect_linear("JSON: blanks", Ends::well, read, [](std::size_t n) { return "[" + repeated(16 * n, " \n\t") + "]"; });
-    expect_linear("JSON: blanks and no end", Ends::refused, read, [](std::size_t n) { return "[" + repeated(16 * n, "\n"); });
 }
 
 void colmap()
@@ -297,26 +276,24 @@ void colmap()
         std::istream images_txt(&none);
         scene::read_colmap(in, images_txt);
     };
-    auto const lens = [](std::size_t id) { return number(id) + " PINHOLE 640 480 500 510 320 240\n"; };
-    auto const image = [](std::size_t i) { return number(i) + " 1 0 0 0 0.5 1e-3 2 1 image" + number(i) + ".png\n"; };
-    expect_linear("COLMAP: cameras", Ends::well, lenses, [&](std::size_t n) { return repeated(n, lens); });
+    std::string const lens = "$ PINHOLE 640 480 500 510 320 240\n", image = " 1 0 0 0 0.5 1e-3 2 1 image";
+    expect_linear(lenses, {
+        {"COLMAP: cameras", Ends::well, "", lens},
+        {"COLMAP: comments and blank lines", Ends::well, "", "# comment\n \n"},
+    });
     // As many keys as a hash table of this size puts into one bucket.
     expect_linear("COLMAP: cameras whose ids collide", Ends::well, lenses, [&](std::size_t n) {
         std::unordered_map<std::uint32_t, int> table;
         for (std::uint32_t i = 0; i < n; ++i) table.emplace(i, 0);
-        return repeated(n, [&](std::size_t i) { return lens(i * table.bucket_count()); });
+        return repeated(n, [&](std::size_t i) { return filled(lens, i * table.bucket_count()); });
     });
-    expect_linear("COLMAP: comments and blank lines", Ends::well, lenses, [](std::size_t n) { return repeated(n, "# comment\n \n"); });
-    expect_linear("COLMAP: images", Ends::well, images, [&](std::size_t n) { return repeated(n, [&](std::size_t i) { return image(i) + "\n"; }); });
-    expect_linear("COLMAP: the shortest images", Ends::well, images, [&](std::size_t n) {
-        return repeated(n, [&](std::size_t i) { return "1 1 0 0 0 0 0 0 1 " + number(i) + "\n\n"; });
+    expect_linear(images, {
+        {"COLMAP: images", Ends::well, "", "$" + image + "$.png\n\n"},
+        {"COLMAP: the shortest images", Ends::well, "", "1 1 0 0 0 0 0 0 1 $\n\n"},
+        {"COLMAP: images with points", Ends::well, "", "$" + image + "$.png\n10.5 20.25 -1 30 4e1 77\n"},
+        {"COLMAP: an image of many points", Ends::well, "1" + image + "1.png\n", "10.5 20.25 -1 ", "\n", 16},
+        {"COLMAP: a line that is too long", Ends::refused, "", "1", "", 100},
     });
-    expect_linear("COLMAP: images with points", Ends::well, images, [&](std::size_t n) {
-        return repeated(n, [&](std::size_t i) { return image(i) + "10.5 20.25 -1 30 4e1 77\n"; });
-    });
-    expect_linear("COLMAP: an image of many points", Ends::well, images,
-                  [&](std::size_t n) { return image(1) + repeated(16 * n, "10.5 20.25 -1 ") + "\n"; });
-    expect_linear("COLMAP: a line that is too long", Ends::refused, images, [](std::size_t n) { return std::string(100 * n, '1'); });
 }
 
 std::string bits_of(double value)
@@ -369,35 +346,33 @@ void trajectories()
 {
     most_a_byte = 24, most_beside = 1 << 18;
     auto const read = [](std::istream& in) { scene::trajectory_notes(scene::read_tum(in, "walk.tum")); };
-    expect_linear("TUM: poses", Ends::well, read,
-                  [](std::size_t n) { return repeated(n, [](std::size_t i) { return number(i) + ".25 1 2 3 0 0 0 1\n"; }); });
     expect_linear("TUM: poses that go back in time", Ends::well, read,
                   [](std::size_t n) { return repeated(n, [&](std::size_t i) { return number(n - i) + " 1 2 3 0 0 0 1\n"; }); });
-    expect_linear("TUM: poses of one time", Ends::well, read, [](std::size_t n) { return repeated(n, "1 1 2 3 0 0 0 1\n"); });
-    expect_linear("TUM: the shortest poses", Ends::well, read, [](std::size_t n) { return repeated(n, "0 0 0 0 0 0 0 1\n"); }, 5000);
-    expect_linear("TUM: comments", Ends::refused, read, [](std::size_t n) { return repeated(n, "# comment\n\n"); });
-    expect_linear("TUM: many fields", Ends::refused, read, [](std::size_t n) { return repeated(n, "1 1 2\n1 "); });
-    auto const read_any = [](std::istream& in) { scene::trajectory_notes(scene::read_trajectory(in, "walk")); };
-    expect_linear("EuRoC: poses", Ends::well, read_any,
-                  [](std::size_t n) { return repeated(n, [](std::size_t i) { return number(i) + "000000000,1,2,3,1,0,0,0,0.5,0.5\n"; }); });
-    expect_linear("EuRoC: the shortest poses", Ends::well, read_any, [](std::size_t n) { return "qw qx\n" + repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
-    expect_linear("TUM or EuRoC: poses that say neither", Ends::refused, read_any, [](std::size_t n) { return repeated(n, "0,0,0,0,1,0,0,0\n"); }, 5000);
-    expect_linear("EuRoC: a line of many fields", Ends::refused, read_any, [](std::size_t n) { return "0,0,0,0,1,0,0,0" + repeated(100 * n, ",0") + "\n"; });
-    expect_linear("KITTI: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0\n"); }, 5000);
-    expect_linear("KITTI: the last pose is short", Ends::refused, read_any,
-                  [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0\n") + "1 0 0\n"; });
-    expect_linear("Replica: the shortest poses", Ends::well, read_any, [](std::size_t n) { return repeated(n, "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"); }, 5000);
+    expect_linear(read, {
+        {"TUM: poses", Ends::well, "", "$.25 1 2 3 0 0 0 1\n"},
+        {"TUM: poses of one time", Ends::well, "", "1 1 2 3 0 0 0 1\n"},
+        {"TUM: the shortest poses", Ends::well, "", "0 0 0 0 0 0 0 1\n", "", 1, 5000},
+        {"TUM: comments", Ends::refused, "", "# comment\n\n"},
+        {"TUM: many fields", Ends::refused, "", "1 1 2\n1 "},
+    });
+    std::string const euroc = "0,0,0,0,1,0,0,0\n", kitti = "1 0 0 0 0 1 0 0 0 0 1 0";
+    expect_linear([](std::istream& in) { scene::trajectory_notes(scene::read_trajectory(in, "walk")); }, {
+        {"EuRoC: poses", Ends::well, "", "$000000000,1,2,3,1,0,0,0,0.5,0.5\n"},
+        {"EuRoC: the shortest poses", Ends::well, "qw qx\n", euroc, "", 1, 5000},
+        {"TUM or EuRoC: poses that say neither", Ends::refused, "", euroc, "", 1, 5000},
+        {"EuRoC: a line of many fields", Ends::refused, "0,0,0,0,1,0,0,0", ",0", "\n", 100},
+        {"KITTI: the shortest poses", Ends::well, "", kitti + "\n", "", 1, 5000},
+        {"KITTI: the last pose is short", Ends::refused, "", kitti + "\n", "1 0 0\n"},
+        {"Replica: the shortest poses", Ends::well, "", kitti + " 0 0 0 1\n", "", 1, 5000},
+    });
 }
 
-std::string header(std::string const& format, std::string const& before, std::size_t rows, std::string const& more = "")
+/// `rows`: their number, or $.
+std::string header(std::string const& format, std::string const& before, std::string const& rows, std::string const& more = "")
 {
-    std::string text = "ply\nformat " + format + " 1.0\n" + before + "element vertex " + number(rows) + "\n";
+    std::string text = "ply\nformat " + format + " 1.0\n" + before + "element vertex " + rows + "\n";
     for (auto const& name : scene::detail::needed_properties) text += "property float " + std::string(name) + "\n";
     return text + more + "end_header\n";
-}
-std::string rest(std::size_t columns)
-{
-    return repeated(columns, [](std::size_t i) { return "property float f_rest_" + number(i) + "\n"; });
 }
 
 void maps()
@@ -405,57 +380,43 @@ void maps()
     most_a_byte = 5, most_beside = 8 << 20;
     auto const read = [](std::istream& in) { scene::read_ply(in, "map.ply"); };
     static std::string const row = "0.5 1 2 0.25 -1 1 2.5 -3 -3 -3 1 0 0 0";
+    std::string const rest = repeated(45, "property float f_rest_$\n"), faces = "element face $\nproperty list uchar int i\n";
     std::string const zeros(14 * 4, '\0'), nan(14 * 4, '\xff');
     std::string ones;
     for (int i = 0; i < 14; ++i) ones += std::string("\x00\x00\x80\x3f", 4);
     std::string const big(ones.rbegin(), ones.rend());
     std::string const little_endian = "binary_little_endian", big_endian = "binary_big_endian";
-    expect_linear("PLY: ASCII", Ends::well, read, [](std::size_t n) { return header("ascii", "", n) + repeated(n, row + "\n"); });
-    expect_linear("PLY: ASCII with harmonics", Ends::well, read,
-                  [](std::size_t n) { return header("ascii", "", n, rest(45)) + repeated(n, row + repeated(45, " 0.5") + "\n"); });
-    expect_linear("PLY: ASCII with blank lines", Ends::well, read,
-                  [](std::size_t n) { return header("ascii", "", n) + repeated(n, "\n \n" + row + "\n"); });
-    expect_linear("PLY: ASCII with lists", Ends::well, read, [](std::size_t n) {
-        return header("ascii", "element face " + number(n) + "\nproperty list uchar int i\n", n, "property list int float l\n") +
-               repeated(n, "3 1 2 3\n") + repeated(n, row + " 2 0 1\n");
+    expect_linear(read, {
+        {"PLY: ASCII", Ends::well, header("ascii", "", "$"), row + "\n"},
+        {"PLY: ASCII with harmonics", Ends::well, header("ascii", "", "$", rest), row + repeated(45, " 0.5") + "\n"},
+        {"PLY: ASCII with blank lines", Ends::well, header("ascii", "", "$"), "\n \n" + row + "\n"},
+        {"PLY: ASCII, one long list", Ends::well, header("ascii", "", "1", "property list int float l\n") + row + " $", " 0", "\n", 64},
+        {"PLY: little-endian", Ends::well, header(little_endian, "", "$"), ones},
+        {"PLY: little-endian with harmonics", Ends::well, header(little_endian, "", "$", rest), ones + std::string(45 * 4, '\0')},
+        {"PLY: big-endian", Ends::well, header(big_endian, "", "$"), big},
+        {"PLY: rejected rows", Ends::well, header(little_endian, "", "$"), nan},
+        {"PLY: rows of zeros", Ends::well, header(big_endian, "", "$"), zeros},
+        // Each list is longer than the buffer of a file, so each is skipped in the stream.
+        {"PLY: lists that are longer than the buffer", Ends::well, header(little_endian, "element big $\nproperty list int uchar l\n", "1"),
+         std::string("\x00\x00\x11\x00", 4) + std::string(0x110000, '\0'), ones, 1, 2},
+        {"PLY: an element that is passed over", Ends::well, header(little_endian, "element skipped $\nproperty double a\n", "1"), "12345678", ones, 1,
+         100000},
+        {"PLY: comments", Ends::well, "ply\nformat ascii 1.0\n", "comment a b c\n", header("ascii", "", "1").substr(21) + row + "\n"},
+        {"PLY: elements", Ends::well, "ply\nformat ascii 1.0\n", "element e$ 0\n", header("ascii", "", "1").substr(21) + row + "\n"},
+        {"PLY: a header without an end", Ends::refused, "ply\n", "comment 23456789 123456789 12\n"},
+        {"PLY: words in a header's line", Ends::refused, "ply\nelement ", "a ", "\n", 8},
     });
-    expect_linear("PLY: ASCII, one long list", Ends::well, read, [](std::size_t n) {
-        return header("ascii", "", 1, "property list int float l\n") + row + " " + number(64 * n) + repeated(64 * n, " 0") + "\n";
-    });
-    expect_linear("PLY: little-endian", Ends::well, read, [&](std::size_t n) { return header(little_endian, "", n) + repeated(n, ones); });
-    expect_linear("PLY: little-endian with harmonics", Ends::well, read,
-                  [&](std::size_t n) { return header(little_endian, "", n, rest(45)) + repeated(n, ones + std::string(45 * 4, '\0')); });
-    expect_linear("PLY: big-endian", Ends::well, read, [&](std::size_t n) { return header(big_endian, "", n) + repeated(n, big); });
-    expect_linear("PLY: rejected rows", Ends::well, read, [&](std::size_t n) { return header(little_endian, "", n) + repeated(n, nan); });
-    expect_linear("PLY: rows of zeros", Ends::well, read, [&](std::size_t n) { return header(big_endian, "", n) + repeated(n, zeros); });
-    expect_linear("PLY: binary with lists", Ends::well, read, [&](std::size_t n) {
-        return header(little_endian, "element face " + number(n) + "\nproperty list uchar int i\n", n, "property list uchar short l\n") +
-               repeated(n, std::string("\x02") + std::string(8, '\0')) + repeated(n, ones + "\x03" + std::string(6, '\0'));
-    });
-    // Each list is longer than the buffer of a file, so each is skipped in the stream.
-    expect_linear("PLY: lists that are longer than the buffer", Ends::well, read, [&](std::size_t n) {
-        return header(little_endian, "element big " + number(n) + "\nproperty list int uchar l\n", 1) +
-               repeated(n, std::string("\x00\x00\x11\x00", 4) + std::string(0x110000, '\0')) + ones;
-    }, 2);
-    expect_linear("PLY: an element that is passed over", Ends::well, read, [&](std::size_t n) {
-        return header(little_endian, "element skipped " + number(n) + "\nproperty double a\n", 1) + repeated(n, "12345678") + ones;
-    }, 100000);
-    expect_linear("PLY: columns that nobody reads", Ends::well, read, [](std::size_t n) {
-        return header("ascii", "", 1, repeated(n, [](std::size_t i) { return "property uchar c" + number(i) + "\n"; })) + row +
-               repeated(n, " 7") + "\n";
-    });
-    expect_linear("PLY: columns f_rest_", Ends::well, read, [](std::size_t n) {
-        return header("ascii", "", 1, rest(n)) + row + repeated(n, " 7") + "\n";
-    });
-    expect_linear("PLY: elements", Ends::well, read, [](std::size_t n) {
-        return header("ascii", repeated(n, [](std::size_t i) { return "element e" + number(i) + " 0\n"; }), 1) + row + "\n";
-    });
-    expect_linear("PLY: comments", Ends::well, read,
-                  [](std::size_t n) { return header("ascii", repeated(n, "comment a b c\n"), 1) + row + "\n"; });
-    expect_linear("PLY: a header without an end", Ends::refused, read,
-                  [](std::size_t n) { return "ply\n" + repeated(n, "comment 23456789 123456789 12\n"); });
-    expect_linear("PLY: words in a header's line", Ends::refused, read,
-                  [](std::size_t n) { return "ply\nelement " + repeated(8 * n, "a ") + "\n"; });
+    auto const columns = [&](std::string const& property) {
+        return [=](std::size_t n) { return header("ascii", "", "1", repeated(n, property)) + row + repeated(n, " 7") + "\n"; };
+    };
+    expect_linear("PLY: columns that nobody reads", Ends::well, read, columns("property uchar c$\n"));
+    expect_linear("PLY: columns f_rest_", Ends::well, read, columns("property float f_rest_$\n"));
+    auto const lists = [&](std::string const& format, std::string const& property, std::string const& list, std::string const& each) {
+        return [=](std::size_t n) { return filled(header(format, faces, "$", property), n) + repeated(n, list) + repeated(n, each); };
+    };
+    expect_linear("PLY: ASCII with lists", Ends::well, read, lists("ascii", "property list int float l\n", "3 1 2 3\n", row + " 2 0 1\n"));
+    expect_linear("PLY: binary with lists", Ends::well, read,
+                  lists(little_endian, "property list uchar short l\n", "\x02" + std::string(8, '\0'), ones + "\x03" + std::string(6, '\0')));
 }
 
 void compressed_maps()
@@ -515,12 +476,12 @@ void compressed_maps()
     expect_linear("SOG: keys of meta.json that nobody reads", Ends::well, read, [&](std::size_t n) {
         auto files = few.files({});
         auto& meta = files["meta.json"];
-        meta.insert(1, repeated(n, [](std::size_t i) { return "\"k" + number(i) + "\":[0],"; }));
+        meta.insert(1, repeated(n, "\"k$\":[0],") + ",");
         return write_zip(files, {}, false);
     });
     expect_linear("SOG: a long list in meta.json", Ends::refused, read, [&](std::size_t n) {
         auto files = few.files({});
-        files["meta.json"] = "{\"means\":{\"mins\":[" + listed(64 * n, "0,") + "]}}";
+        files["meta.json"] = "{\"means\":{\"mins\":[" + repeated(64 * n, "0,") + "]}}";
         return write_zip(files, {}, false);
     });
 
@@ -566,24 +527,18 @@ void parameters()
     most_a_byte = 64, most_beside = 1 << 18;
     std::string const costs = "model m\nclock 1000 kHz a\nexchange_cost live kind a\nrun 1 cycles a\nexchange 1 cycles a\n"
                               "exchange_byte 1 millicycles a\nsync 1 cycles a\nvote 1 cycles a\n";
-    auto const read_costs = [](std::istream& in) { read_cost_model(in, "costs.txt"); };
-    auto const read_energy = [](std::istream& in) { read_energy_model(in, "energy.txt"); };
-    auto const operation = [](std::string const& unit) {
-        return [unit](std::size_t i) { return "operation_" + number(i) + " 5 " + unit + " measured\n"; };
-    };
-    expect_linear("cost model: operations", Ends::well, read_costs,
-                  [&](std::size_t n) { return costs + repeated(n, operation("millicycles")); });
-    expect_linear("cost model: operations, then an unknown parameter", Ends::refused, read_costs,
-                  [&](std::size_t n) { return costs + repeated(n, operation("millicycles")) + "what 1 cycles a\n"; });
-    expect_linear("cost model: comments", Ends::well, read_costs, [&](std::size_t n) { return costs + repeated(n, "# comment\n\n"); });
-    expect_linear("cost model: more operations than a file may have", Ends::refused, read_costs,
-                  [&](std::size_t n) { return costs + repeated(16 * n, operation("millicycles")); }, 2000);
-    expect_linear("energy model: events", Ends::well, read_energy,
-                  [&](std::size_t n) { return "energy e\n" + repeated(n, operation("fJ")); });
-    expect_linear("energy model: the shortest events", Ends::well, read_energy, [&](std::size_t n) {
-        return "energy e\n" + repeated(n, [](std::size_t i) { return number(i) + " 0 fJ a\n"; });
+    std::string const operation = "operation_$ 5 millicycles measured\n";
+    expect_linear([](std::istream& in) { read_cost_model(in, "costs.txt"); }, {
+        {"cost model: operations", Ends::well, costs, operation},
+        {"cost model: operations, then an unknown parameter", Ends::refused, costs, operation, "what 1 cycles a\n"},
+        {"cost model: comments", Ends::well, costs, "# comment\n\n"},
+        {"cost model: more operations than a file may have", Ends::refused, costs, operation, "", 16, 2000},
     });
-    expect_linear("energy model: a long line", Ends::refused, read_energy, [](std::size_t n) { return std::string(100 * n, 'x'); });
+    expect_linear([](std::istream& in) { read_energy_model(in, "energy.txt"); }, {
+        {"energy model: events", Ends::well, "energy e\n", "operation_$ 5 fJ measured\n"},
+        {"energy model: the shortest events", Ends::well, "energy e\n", "$ 0 fJ a\n"},
+        {"energy model: a long line", Ends::refused, "", "x", "", 100},
+    });
 }
 
 } // namespace

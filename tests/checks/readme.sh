@@ -255,11 +255,17 @@ printf '# walk\n0 0 0 0 0 0 0 1\n0.1 0.01 0 0 0 0 0 1\n' >walk.txt
 (cd "$project" && sed -n '/^```sh$/,/^```$/p' README.md examples/README.md include/tilemesh/model/README.md) | sed 's/ #.*//; s/ *$//' >all_lines
 grep '^render_map ' all_lines | grep -v '\.spz\|\.sog\|\.splat' >lines # a map in those formats is no text that a script can write
 runs=0
-while read -r _ arguments; do
-    runs=$((runs + 1))
-    # shellcheck disable=SC2086
-    "$program" $arguments --quiet >out 2>&1 </dev/null || fail "render_map $arguments: $(cat out)"
-done <lines
+# run_lines PROGRAM ARGUMENT...: runs the commands of `lines`, with these arguments behind theirs.
+run_lines() {
+    built=$1
+    shift
+    while read -r _ arguments; do
+        runs=$((runs + 1))
+        # shellcheck disable=SC2086
+        "$built" $arguments "$@" >out 2>&1 </dev/null || fail "${built##*/} $arguments: $(cat out)"
+    done <lines
+}
+run_lines "$program" --quiet
 if command -v python3 >/dev/null; then
     awk '/^```/ { inside = /^```python$/; next } inside' "$project/examples/README.md" >read_report.py
     [ -s read_report.py ] || fail "examples/README.md shows no Python"
@@ -268,28 +274,13 @@ if command -v python3 >/dev/null; then
 fi
 if [ -x "$benches/pfm_error" ] && [ -e other.pfm ]; then
     grep '^pfm_error ' all_lines >lines
-    while read -r _ arguments; do
-        runs=$((runs + 1))
-        # shellcheck disable=SC2086
-        "$benches/pfm_error" $arguments >out 2>&1 </dev/null || fail "pfm_error $arguments: $(cat out)"
-    done <lines
+    run_lines "$benches/pfm_error"
 fi
-if [ -x "$examples/track_camera" ]; then # with two small pictures
-    grep -hE '^(build/demo/examples/)?track_camera --out' "$work/commands" >lines
-    while read -r _ arguments; do
-        runs=$((runs + 1))
-        # shellcheck disable=SC2086
-        "$examples/track_camera" $arguments --frames 2 --size 320x240 --quiet >out 2>&1 </dev/null || fail "track_camera $arguments: $(cat out)"
-    done <lines
-fi
-if [ -x "$examples/slam" ]; then
-    grep -hE '^(build/demo/examples/)?slam --out' "$work/commands" >lines
-    while read -r _ arguments; do
-        runs=$((runs + 1))
-        # shellcheck disable=SC2086
-        "$examples/slam" $arguments --frames 2 --size 96x54 --quiet >out 2>&1 </dev/null || fail "slam $arguments: $(cat out)"
-    done <lines
-fi
+for name in track_camera slam; do # with two small pictures
+    [ -x "$examples/$name" ] || continue
+    grep -hE "^(build/demo/examples/)?$name --out" "$work/commands" >lines
+    run_lines "$examples/$name" --frames 2 --size $([ $name = slam ] && echo 96x54 || echo 320x240) --quiet
+done
 [ "$runs" -ge 10 ] || fail "only $runs commands were found in the README files"
 
 # --- outputs -----------------------------------------------------------------------------------

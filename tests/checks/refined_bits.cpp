@@ -1,27 +1,13 @@
 // Refines a map of random Gaussians by 24 steps with each optimiser, and prints a hash of the map's bits. refined_bits.sh builds this
 // with several compilers and flags, and compares.
+#include "hashed.hpp"
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <tilemesh/mapping/refiner.hpp>
 #include <vector>
 
 namespace {
 using namespace tilemesh;
-
-/// Marsaglia's xorshift. It uses integers, so no flag can change the scene.
-struct Random {
-    std::uint32_t state = 2463534242u;
-    /// A multiple of 2^-16 in [low, low + span). Nothing in it rounds, fused or not.
-    float next(int low, std::uint32_t span)
-    {
-        state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
-        auto const steps = static_cast<std::int32_t>((state >> 8) % (span << 16));
-        return static_cast<float>(low * 65536 + steps) * (1.0f / 65536);
-    }
-};
 
 template <class Optimiser>
 void refine(char const* name)
@@ -51,13 +37,7 @@ void refine(char const* name)
         camera.position[0] = static_cast<float>(step % 4) * 0.125f;
         loss = refiner.step(camera, target, splat::map::faded(splat::map::usual_rates(2), static_cast<float>(step) / 24)).loss;
     }
-    std::uint64_t hash = 14695981039346656037u; // FNV-1a over words
-    for (auto const& g : refiner.map().gaussians) {
-        std::uint32_t words[sizeof g / 4];
-        std::memcpy(words, &g, sizeof g);
-        for (auto const word : words) hash = (hash ^ word) * 1099511628211u;
-    }
-    std::printf("%s %016llx loss %a\n", name, static_cast<unsigned long long>(hash), loss);
+    std::printf("%s %016llx loss %a\n", name, hash(refiner.map().gaussians), loss);
 }
 } // namespace
 

@@ -29,13 +29,13 @@
 #include <iostream>
 #include <iterator>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex.h>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -105,65 +105,22 @@ bool matches(std::string const& text, std::string const& pattern)
 
 // --- values of files ---------------------------------------------------------------------------
 
-/// The values of a JSON text in order, each with the path to it.
-class Json {
-public:
-    explicit Json(std::string const& text) : text_(text)
-    {
-        value("");
-        if (blank() != '\0' || at_ != text_.size()) wrong();
-    }
-    std::vector<std::pair<std::string, std::string>> values;
-
-private:
-    [[noreturn]] void wrong() const { throw Error("no JSON at byte " + std::to_string(at_)); }
-    char blank()
-    {
-        while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
-        return at_ < text_.size() ? text_[at_] : '\0';
-    }
-    std::string string()
-    {
-        if (blank() != '"') wrong();
-        std::string all;
-        for (++at_; at_ < text_.size() && text_[at_] != '"'; ++at_) {
-            if (static_cast<unsigned char>(text_[at_]) < ' ') wrong();
-            if (text_[at_] == '\\') {
-                if (++at_ >= text_.size()) wrong();
-                if (std::string_view("\"\\/bfnrtu").find(text_[at_]) == std::string_view::npos) wrong();
-            }
-            all += text_[at_];
-        }
-        if (at_++ >= text_.size()) wrong();
-        return all;
-    }
-    void value(std::string const& path)
-    {
-        char const first = blank();
-        auto const below = [&](std::string const& name) { return path.empty() ? name : path + "." + name; };
-        if (first == '{' || first == '[') {
-            char const last = first == '{' ? '}' : ']';
-            ++at_;
-            for (int n = 0; blank() != last; ++n) {
-                if (n > 0 && text_[at_++] != ',') wrong();
-                auto const name = first == '{' ? string() : std::to_string(n);
-                if (first == '{' && (blank() != ':' || ++at_ == 0)) wrong();
-                value(below(name));
-            }
-            ++at_;
-        } else if (first == '"') values.emplace_back(path, string());
-        else {
-            auto const end = text_.find_first_of(",]} \n\t\r", at_);
-            auto const word = text_.substr(at_, end == std::string::npos ? end : end - at_);
-            bool const digits = !word.empty() && word.find_first_not_of("0123456789+-.eE") == std::string::npos && number_of(word);
-            if (!digits && word != "true" && word != "false" && word != "null") wrong();
-            values.emplace_back(path, word);
-            at_ += word.size();
-        }
-    }
-    std::string const& text_;
-    std::size_t at_ = 0;
-};
+/// The values of a JSON text in order, each with the path to it. Strings are without quotes.
+using Values = std::vector<std::pair<std::string, std::string>>;
+void add_values(nlohmann::ordered_json const& json, std::string const& path, Values& to)
+{
+    if (json.is_string()) to.emplace_back(path, json.get<std::string>());
+    else if (!json.is_structured()) to.emplace_back(path, json.dump());
+    else for (auto const& [name, value] : json.items()) add_values(value, path.empty() ? name : path + "." + name, to);
+}
+Values json_values(std::string const& text)
+{
+    auto const json = nlohmann::ordered_json::parse(text, nullptr, false);
+    if (json.is_discarded()) throw Error("no JSON");
+    Values values;
+    add_values(json, "", values);
+    return values;
+}
 
 /// Whether a path is as a pattern says, in which * is any name and ** any names.
 bool is_path(Texts const& path, Texts const& pattern, std::size_t i = 0, std::size_t k = 0)
@@ -196,8 +153,7 @@ std::optional<Texts> values_of(std::string const& word)
     if (!csv && !file.ends_with(".json")) return {};
     Texts found;
     if (!csv) {
-        auto const text = contents(file);
-        for (auto const& [path, value] : Json(text).values)
+        for (auto const& [path, value] : json_values(contents(file)))
             if (is_path(pieces(path, '.'), pieces(what, '.'))) found.push_back(value);
         return found;
     }
@@ -476,7 +432,7 @@ private:
             if (name.ends_with(".part") && !before.contains(name)) fail(name + " is left");
             if (!S_ISREG(facts[0]) || (before.contains(name) && before.at(name) == facts)) continue;
             if (name.ends_with(".png") && !contents(name).ends_with("IEND\xae\x42\x60\x82")) fail(name + " is not whole");
-            if (name.ends_with(".json")) try { (void)Json(contents(name)); }
+            if (name.ends_with(".json")) try { (void)json_values(contents(name)); }
                 catch (Error const& error) { fail(name + ": " + error.what()); }
         }
     }

@@ -35,6 +35,16 @@ build render_map tilemesh_c explore check_report_schema
 ./build/examples/render_map --size 320x200 --fit off --out out >text
 ./build/tests/checks/check_report_schema include/tilemesh/report/report.schema.json report.json >schema.log 2>&1 || true
 
+# The C interface, for the Python programs below.
+cat >chip.py <<'TEXT'
+import ctypes, json
+chip = ctypes.CDLL("build/examples/libtilemesh_c.so")
+chip.tilemesh_create.restype = ctypes.c_void_p
+chip.tilemesh_report.restype = ctypes.c_char_p
+handle = ctypes.c_void_p(chip.tilemesh_create())
+ask = lambda what: json.loads(chip.tilemesh_report(handle, what))
+def render(): assert chip.tilemesh_render(handle, (ctypes.c_double * 17)(*ask(b"map")["start"]))
+TEXT
 # The messages of bloom are all messages without those of routing.
 see_counter() {
     grep -q '"copies_sent": {"description": "Messages of bloom.", "type": "integer", "minimum": 0}' include/tilemesh/report/report.schema.json ||
@@ -44,9 +54,10 @@ see_counter() {
     head -n 1 trace/counters.csv | grep -q ',copies_sent,' || fail "the CSV has no counter"
     grep -q '>copies_sent<.*>Messages of bloom\.<' trace/report.html || fail "the page of a trace has no counter"
     cat >see.py <<'TEXT'
-import csv, ctypes, json, sys
+import csv, sys
 sys.path[:0] = ["examples"]
 import read_report
+from chip import *
 def check(what, copies, hops, messages):
     print(what, copies, hops, messages)
     assert copies > 1000 and copies == messages - hops
@@ -54,12 +65,7 @@ report = read_report.load_report("report.json")
 check("report.json", *(read_report.column(report, name)[0] for name in ("copies_sent", "hops", "messages")))
 row = next(csv.DictReader(open("trace/counters.csv")))
 check("CSV", *(int(row[name]) for name in ("copies_sent", "hops", "messages")))
-chip = ctypes.CDLL("build/examples/libtilemesh_c.so")
-chip.tilemesh_create.restype = ctypes.c_void_p
-chip.tilemesh_report.restype = ctypes.c_char_p
-handle = ctypes.c_void_p(chip.tilemesh_create())
-ask = lambda what: json.loads(chip.tilemesh_report(handle, what))
-assert chip.tilemesh_render(handle, (ctypes.c_double * 17)(*ask(b"map")["start"]))
+render()
 frame = ask(b"run")["frames"][0]
 check("C, from Python", frame["copies_sent"], frame["hops"], frame["messages"])
 TEXT
@@ -76,17 +82,13 @@ see_field() {
     printf '{"size": [160, 96], "machines": ["examples/machines/mk2.txt"], "policies": {"%s": [%s]}}\n' "$name" "$json" >study.json
     ./build/examples/explore study.json --csv points.csv --out points --quiet >/dev/null && grep -q '^mk2,' points.csv || fail "no study has $name"
     cat >see.py <<'TEXT'
-import ctypes, json, sys
+import sys
+from chip import *
 name, value = sys.argv[1], json.loads(sys.argv[2])
-chip = ctypes.CDLL("build/examples/libtilemesh_c.so")
-chip.tilemesh_create.restype = ctypes.c_void_p
-chip.tilemesh_report.restype = ctypes.c_char_p
-handle = ctypes.c_void_p(chip.tilemesh_create())
-ask = lambda what: json.loads(chip.tilemesh_report(handle, what))
 assert ask(b"settings")[name] == "preset"
 assert chip.tilemesh_set(handle, json.dumps({name: value, "width": 320, "height": 200}).encode())
 assert str(ask(b"settings")[name]) == str(value)
-assert chip.tilemesh_render(handle, (ctypes.c_double * 17)(*ask(b"map")["start"]))
+render()
 assert ask(b"run")["setup"][name] == value
 TEXT
     python3 see.py "$name" "$json" || fail "C has no $name"

@@ -48,106 +48,61 @@ void check_place(std::string const& text, char const* kernel)
     CHECK(has(text, std::string("[tile (1, 2), superstep 0 (") + kernel + ")]"));
 }
 
-template <int Where>
-struct WritePast { // through operator[]. Where: -1 is the item before the last, 0 the last item, 1 the item past the capacity
-    void operator()(Four& four, Here here) const noexcept
+/// Does something with a list or state of one tile.
+template <class X, auto Do, TileId Where = culprit>
+struct On {
+    static constexpr char const* name = "on";
+    void operator()(X& x, Here here) const noexcept
     {
-        four.resize(4);
-        if (here.tile == culprit) four[static_cast<std::uint32_t>(3 + Where)] = 5;
-    }
-};
-struct WriteBefore {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit) *(four.begin() - 1) = 5;
-    }
-};
-struct WritePastWide {
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == culprit) wides[3].id = 5;
-    }
-};
-struct WriteLastWide {
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == culprit) wides[2].data[13] = 5;
-    }
-};
-struct OverpushOnTheLastTile { // the whole item lies past the last region of the arena
-    void operator()(Wides& wides, Here here) const noexcept
-    {
-        if (here.tile == TileId::at(2, 3))
-            for (std::uint32_t i = 0; i < 4; ++i) wides.unchecked_push({});
+        if (here.tile == Where) Do(x);
     }
 };
 template <std::uint32_t Size>
-struct SetSize {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit) four.truncate(Size);
-    }
-};
-struct Overpush {
-    void operator()(Four& four, Here here) const noexcept
-    {
-        if (here.tile == culprit)
-            for (std::uint32_t i = 0; i < 5; ++i) four.unchecked_push(i);
-    }
-};
-struct OverpushLimit {
-    void operator()(UpToFour& list, Here here) const noexcept
-    {
-        if (here.tile == culprit)
-            for (std::uint32_t i = 0; i < 3; ++i) list.unchecked_push(i);
-    }
-};
-struct WritePastStruct {
-    void operator()(Out3& small, Here here) const noexcept
-    {
-        auto* const words = small.word;
-        if (here.tile == culprit) __builtin_memset(words + 2, 1, 8);
-    }
-};
-struct WritePastBig {
-    void operator()(Big& big, Here here) const noexcept
-    {
-        auto* const words = big.word;
-        if (here.tile == culprit) __builtin_memset(words + 39, 1, 8);
-    }
-};
+using SetSize = On<Four, [](Four& four) { four.truncate(Size); }>;
+template <std::uint32_t Index> // through operator[] of a list with 4 items
+using WriteItem = On<Four, [](Four& four) { four.resize(4), four[Index] = 5; }>;
+template <class List, std::uint32_t Items, TileId Where = culprit>
+using Push = On<List,
+                [](List& list) {
+                    for (std::uint32_t i = 0; i < Items; ++i) list.unchecked_push({});
+                },
+                Where>;
+using WriteBefore = On<Four, [](Four& four) { *(four.begin() - 1) = 5; }>;
+using WriteLastWide = On<Wides, [](Wides& wides) { wides[2].data[13] = 5; }>;
+using WritePastWide = On<Wides, [](Wides& wides) { wides[3].id = 5; }>;
+template <class Struct, std::uint32_t Words>
+using WritePastStruct = On<Struct, [](Struct& x) {
+    auto* const words = x.word;
+    __builtin_memset(words + Words - 1, 1, 8);
+}>;
 
 } // namespace
 
 TEST_CASE("a write outside a region is caught, with tile, superstep and kernel; one inside is not")
 {
     char const* const outside = "a kernel wrote outside a region of its tile";
-    CHECK(caught<WritePast<0>>().empty());
+    CHECK(caught<WriteItem<3>>().empty());
     CHECK(caught<WriteLastWide>().empty());
-    auto const past = caught<WritePast<1>>();
-    CHECK(has(past, outside));
-    CHECK(has(past, "; use try_push and check indices"));
-    check_place(past, "WritePast");
-    for (auto const& text : {caught<WritePast<2>>(), caught<WriteBefore>(), caught<WritePastWide>(),
-                             caught<WritePastStruct>(), caught<WritePastBig>()}) {
+    for (auto const& text : {caught<WriteItem<4>>(), caught<WriteItem<5>>(), caught<WriteBefore>(), caught<WritePastWide>(),
+                             caught<WritePastStruct<Out3, 3>>(), caught<WritePastStruct<Big, 40>>()}) {
         CHECK(has(text, outside));
-        CHECK(has(text, "[tile (1, 2), superstep 0 ("));
+        CHECK(has(text, "; use try_push and check indices"));
+        check_place(text, "on");
     }
-    CHECK(has(caught<OverpushOnTheLastTile>(), "[tile (2, 3), superstep 0 ("));
+    // The whole item lies past the last region of the arena.
+    CHECK(has(caught<Push<Wides, 4, TileId::at(2, 3)>>(), "[tile (2, 3), superstep 0 (on)]"));
 }
 
 TEST_CASE("a size above the capacity is caught, at n + 1 and not at n")
 {
     CHECK(caught<SetSize<4>>().empty());
-    check_place(caught<SetSize<5>>(), "SetSize");
-    check_place(caught<SetSize<0xffffffffu>>(), "SetSize");
-    check_place(caught<Overpush>(), "Overpush");
-    auto const limited = [](std::uint32_t limit) {
-        return caught<OverpushLimit>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); });
-    };
+    check_place(caught<SetSize<5>>(), "on");
+    check_place(caught<SetSize<0xffffffffu>>(), "on");
+    check_place(caught<Push<Four, 5>>(), "on");
+    auto const limited = [](std::uint32_t limit) { return caught<Push<UpToFour, 3>>([&](auto& mesh) { mesh.template limit<UpToFour>(limit); }); };
     CHECK(limited(4).empty());
     CHECK(limited(3).empty());
-    check_place(limited(2), "OverpushLimit"); // the third item is within the region and above the limit
+    check_place(limited(2), "on"); // the third item is within the region and above the limit
 }
 
 namespace {
@@ -180,8 +135,8 @@ struct OverSendWide {
 TEST_CASE("a message too many, and a write past a channel's end, are caught")
 {
     CHECK(caught<OverSend<2, Direction::north>>().empty());
-    for (auto const& text : {caught<OverSend<3, Direction::north>>(), caught<OverSend<3, Direction::south>>(),
-                             caught<OverSend<6, Direction::east>>()}) {
+    for (auto const& text :
+         {caught<OverSend<3, Direction::north>>(), caught<OverSend<3, Direction::south>>(), caught<OverSend<6, Direction::east>>()}) {
         CHECK(has(text, "a kernel wrote outside channel Wire"));
         CHECK(has(text, "; use try_push"));
         check_place(text, "OverSend");
@@ -190,57 +145,6 @@ TEST_CASE("a message too many, and a write past a channel's end, are caught")
     check_place(caught<WriteInEnd<2>>(), "WriteInEnd");
     CHECK(has(caught<OverSendWide>(), "a kernel wrote outside channel Hose"));
     CHECK(has(caught<OverSendWide>(), "[tile (2, 3), superstep 0 ("));
-}
-
-namespace {
-
-enum class Sin { none, writes, sends, notes, votes, fills };
-
-struct Trigger { // tile (0, 0) keeps UntilQuiet running
-    std::uint32_t left;
-};
-struct Diary {
-    std::uint32_t word;
-};
-struct Wake {
-    Vote operator()(Trigger const& trigger) const noexcept { return trigger.left != 0 ? Vote::busy : Vote::quiet; }
-};
-template <Sin What>
-struct Restless {
-    Vote operator()(Trigger& trigger, Diary& diary, Four& four, Here here, In<Wire>, Out<Wire> out) const noexcept
-    {
-        if (trigger.left != 0) --trigger.left;
-        if (here.tile == culprit) {
-            if (What == Sin::writes) ++diary.word;
-            if (What == Sin::sends) out[Direction::north].push(1);
-            if (What == Sin::notes) out[Direction::north].set_note(1);
-            if (What == Sin::votes) return Vote::busy;
-            if (What == Sin::fills) (void)four.try_push(1);
-        }
-        return trigger.left != 0 ? Vote::busy : Vote::quiet;
-    }
-};
-template <Sin What>
-std::string restless(bool check, std::uint32_t passes = 3)
-{
-    CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<What>>>> mesh{{}, {3, 4}, {.check_quiet_tiles = check}};
-    mesh.template state<Trigger>(TileId::at(0, 0)).left = passes;
-    return error_of([&] { mesh.run(); });
-}
-
-} // namespace
-
-TEST_CASE("a quiet tile without mail that changes a word, sends or votes busy is caught")
-{
-    CHECK(restless<Sin::none>(true).empty());
-    for (auto const& text : {restless<Sin::writes>(true), restless<Sin::sends>(true), restless<Sin::notes>(true),
-                             restless<Sin::votes>(true), restless<Sin::fills>(true)}) {
-        CHECK(has(text, " on a tile that was quiet and had no mail"));
-        CHECK(has(text, "; vote busy earlier"));
-        CHECK(has(text, "[tile (1, 2), superstep 1 (Restless)]"));
-    }
-    CHECK(restless<Sin::writes>(true, 0).empty()); // no tile votes in this kernel
-    CHECK(restless<Sin::writes>(false).empty());   // the check is off
 }
 
 TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thread")
@@ -252,20 +156,6 @@ TEST_CASE("the options of a Mesh are options of a CheckedMesh, which has one thr
     checked.on_threads([&](std::uint32_t thread, std::uint32_t threads) { calls += thread == 0 && threads == 1 ? 1 : 100; });
     CHECK(calls == 1);
     check_same(checked.run(), mesh.run());
-}
-
-TEST_CASE("looking at quiet tiles changes neither counters nor states of an honest program")
-{
-    auto const run = [](bool check) {
-        CheckedMesh<Sequence<Superstep<Wake>, UntilQuiet<Restless<Sin::none>>>> mesh{{}, {3, 4}, {.digest = true, .check_quiet_tiles = check}};
-        mesh.state<Trigger>(TileId::at(2, 1)).left = 5;
-        auto counters = mesh.run();
-        return std::pair(counters, words_of(mesh));
-    };
-    auto const with = run(true), without = run(false);
-    check_same(with.first, without.first);
-    CHECK(with.second == without.second);
-    CHECK(with.first.steps[1].tile_runs == 5);
 }
 
 namespace {
@@ -317,47 +207,28 @@ constexpr auto dead = poison_word;
 TEST_CASE("what is dead is poison: slots never written, items beyond the size, mail that was read")
 {
     using Words = std::vector<std::uint32_t>;
-    Grid const grid{3, 4};
-    {
-        CheckedMesh<Superstep<ReadStale>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<ReadStale>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{70, 71, 72, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<FillThree>, Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{70, dead, dead, dead});
-        mesh.run();
-        CHECK(found(mesh) == Words{70, dead, dead, dead});
-    }
-    { // items that the host loaded become poison like items that a kernel wrote
-        CheckedMesh<Sequence<Superstep<KeepOne>, Superstep<ReadStale>>> mesh{{}, grid};
-        auto four = mesh.state<Four>(culprit);
-        for (std::uint32_t i = 0; i < 4; ++i) four.push(i + 1);
-        mesh.run();
-        CHECK(found(mesh) == Words{1, dead, dead, dead});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{9, 9, 9, 9});
-    }
-    {
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<ReadOldMail>, Superstep<ReadOldMail>>> mesh{{}, grid};
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
-    { // a slot of an outgoing end that no kernel wrote
-        CheckedMesh<Sequence<Superstep<SayNine>, Superstep<Hear>>> mesh{{}, grid};
-        mesh.run();
-        mesh.run();
-        CHECK(found(mesh) == Words{dead, dead, dead, dead});
-    }
+    auto const found_by = []<class... Steps>(Sequence<Steps...>, int runs, auto const& load) {
+        CheckedMesh<Sequence<Steps...>> mesh{{}, Grid{3, 4}};
+        load(mesh);
+        for (int i = 0; i < runs; ++i) mesh.run();
+        return found(mesh);
+    };
+    auto const none = [](auto&) {};
+    Superstep<ReadStale> const read;
+    Superstep<FillThree> const fill;
+    Superstep<KeepOne> const keep;
+    Superstep<SayNine> const say;
+    Superstep<ReadOldMail> const old;
+    CHECK(found_by(Sequence{read}, 1, none) == Words{dead, dead, dead, dead});
+    CHECK(found_by(Sequence{fill, read}, 1, none) == Words{70, 71, 72, dead});
+    for (int runs : {1, 2}) CHECK(found_by(Sequence{fill, keep, read}, runs, none) == Words{70, dead, dead, dead});
+    // Items that the host loaded become poison like items that a kernel wrote.
+    CHECK(found_by(Sequence{keep, read}, 1, [](auto& mesh) {
+              for (std::uint32_t i = 0; i < 4; ++i) mesh.template state<Four>(culprit).push(i + 1);
+          }) == Words{1, dead, dead, dead});
+    CHECK(found_by(Sequence{say, old}, 1, none) == Words{9, 9, 9, 9});
+    CHECK(found_by(Sequence{say, old, old}, 1, none) == Words{dead, dead, dead, dead});
+    CHECK(found_by(Sequence{say, Superstep<Hear>{}}, 2, none) == Words{dead, dead, dead, dead}); // a slot of an outgoing end that no kernel wrote
     float nan;
     std::memcpy(&nan, &poison_word, 4);
     CHECK(nan != nan); // read as a float, poison is not a number

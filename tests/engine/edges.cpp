@@ -1,5 +1,5 @@
 // test: unoptimised test asan tsan
-#include "edges.hpp"
+#include "sides.hpp"
 
 // Messages over an edge of the grid come back, are dropped, or arrive at the other end. The tests compare words, notes, counters, traces.
 using namespace engine_test;
@@ -11,7 +11,9 @@ TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engi
         CAPTURE(grid.width);
         CAPTURE(grid.height);
         auto const played = everywhere<Edges>(grid, [](auto& mesh) { load_edges(mesh); });
-        check_all_heard(*played.mesh);
+        check_kept<Edge::reflect>(*played.mesh);
+        check_kept<Edge::drop>(*played.mesh);
+        check_kept<Edge::wrap>(*played.mesh);
         auto const sides = [&](Edge edge) { return 4 * grid.size() - (edge == Edge::drop ? 2 * (grid.width + grid.height) : 0); };
         std::size_t step = 0;
         for (Edge edge : {Edge::reflect, Edge::drop, Edge::wrap}) {
@@ -31,8 +33,8 @@ TEST_CASE("edges: every tile reads what a loop without a mesh says, on each engi
 
 TEST_CASE("edges: what is dropped counts in a peak, because it lay in the outgoing end, and in nothing else")
 {
-    on_each<CallAll<Edge::drop>>(Grid{1, 1}, [](auto& mesh) {
-        for (auto [tile, heard] : mesh.template states<Heard<Edge::drop>>()) heard.sends = calls;
+    on_each<Some<Edge::drop>>(Grid{1, 1}, [](auto& mesh) {
+        load_some<Edge::drop>(mesh);
         auto const run = mesh.run();
         CHECK(run.messages() == 0);
         CHECK(run.exchanges() == 0);
@@ -69,16 +71,16 @@ TEST_CASE("the states of all tiles as a range: row by row, structs by reference,
 {
     Mesh mesh{Edges{}, Grid{3, 2}};
     std::uint32_t i = 0;
-    for (auto [tile, heard] : mesh.states<Heard<Edge::wrap>>()) {
+    for (auto [tile, kept] : mesh.states<Kept<Edge::wrap>>()) {
         CHECK(tile == mesh.grid().tile(i));
-        heard.sends = ++i;
+        kept.sends = ++i;
     }
     CHECK(i == 6);
-    CHECK(mesh.state<Heard<Edge::wrap>>(TileId::at(2, 1)).sends == 6);
+    CHECK(mesh.state<Kept<Edge::wrap>>(TileId::at(2, 1)).sends == 6);
     std::uint32_t sum = 0;
-    for (auto [tile, heard] : std::as_const(mesh).states<Heard<Edge::wrap>>()) {
-        static_assert(std::is_const_v<std::remove_reference_t<decltype(heard)>>);
-        sum += heard.sends;
+    for (auto [tile, kept] : std::as_const(mesh).states<Kept<Edge::wrap>>()) {
+        static_assert(std::is_const_v<std::remove_reference_t<decltype(kept)>>);
+        sum += kept.sends;
     }
     CHECK(sum == 21);
     i = 0;

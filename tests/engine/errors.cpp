@@ -65,8 +65,7 @@ std::string error_everywhere(Grid grid, Load const& load, Program program = {})
 
 TEST_CASE("a contract broken in a kernel comes out of run() with tile, superstep and kernel")
 {
-    auto const text =
-        error_everywhere<Filling>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(3, 2)).items = 3; });
+    auto const text = error_everywhere<Filling>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(3, 2)).items = 3; });
     CHECK(has(text, "push into a full buffer"));
     CHECK(has(text, "; use try_push"));
     CHECK(has(text, "[tile (3, 2), superstep 3 (Overfill)]"));
@@ -93,8 +92,7 @@ TEST_CASE("exactly full breaks nothing")
 TEST_CASE("a contract broken in UntilQuiet names the pass in which it broke")
 {
     using Program = Sequence<Superstep<Chatter>, UntilQuiet<Chatter>>;
-    auto const text =
-        error_everywhere<Program>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(5, 3)).items = 1; });
+    auto const text = error_everywhere<Program>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(5, 3)).items = 1; });
     CHECK(has(text, "push into a full channel"));
     CHECK(has(text, "[tile (5, 3), superstep 2 (Chatter)]"));
 }
@@ -178,8 +176,6 @@ TEST_CASE("unread mail is reported before what the sending kernel then breaks, o
 
 TEST_CASE("errors of several runs do not mix: a fresh mesh after a broken one is whole")
 {
-    CHECK_FALSE(error_everywhere<Filling>({6, 4}, [](auto& mesh) {
-                    mesh.template state<Demand>(TileId::at(3, 2)).items = 3;
-                }).empty());
+    CHECK_FALSE(error_everywhere<Filling>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(3, 2)).items = 3; }).empty());
     everywhere<Filling>({6, 4}, [](auto& mesh) { mesh.template state<Demand>(TileId::at(3, 2)).items = 1; });
 }

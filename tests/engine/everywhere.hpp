@@ -13,21 +13,22 @@ using tests::Random;
 
 using WordList = std::vector<std::uint32_t>;
 
+template <class T>
+void add_words(WordList& words, T const& item)
+{
+    std::uint32_t w[sizeof(T) / 4];
+    std::memcpy(w, &item, sizeof(T));
+    words.insert(words.end(), std::begin(w), std::end(w));
+}
 template <class M, class X>
 void add_state(M& mesh, TileId t, WordList& words, X*)
 {
     if constexpr (is_list<X>) {
         auto const list = mesh.template state<X>(t);
         words.push_back(list.size());
-        for (auto const& item : list) {
-            std::uint32_t w[sizeof(item) / 4];
-            std::memcpy(w, &item, sizeof(item));
-            words.insert(words.end(), std::begin(w), std::end(w));
-        }
+        for (auto const& item : list) add_words(words, item);
     } else {
-        std::uint32_t w[sizeof(X) / 4];
-        std::memcpy(w, &mesh.template state<X>(t), sizeof(X));
-        words.insert(words.end(), std::begin(w), std::end(w));
+        add_words(words, mesh.template state<X>(t));
     }
 }
 template <class M, class C>
@@ -37,11 +38,7 @@ void add_mail(M& mesh, TileId t, WordList& words, C*)
         auto const end = mesh.template incoming<C>(t, d);
         words.push_back(end.size());
         words.push_back(end.note());
-        for (auto const& item : end) {
-            std::uint32_t w[sizeof(item) / 4];
-            std::memcpy(w, &item, sizeof(item));
-            words.insert(words.end(), std::begin(w), std::end(w));
-        }
+        for (auto const& item : end) add_words(words, item);
     }
 }
 template <class M, class... X, class... C>

@@ -256,11 +256,7 @@ TEST_CASE("a grid that the machine does not have is refused: none, too many, too
     };
     check(machine::Tag<Mesh<Heat, Four>>{});
     check(machine::Tag<CheckedMesh<Heat, Four>>{});
-}
-
-TEST_CASE("Mk2 has 1,472 tiles, and no more")
-{
-    CHECK(error_of([] { Mesh<Heat> mesh{{}, Grid{1472, 1}}; }).empty());
-    CHECK(has(error_of([] { Mesh<Heat> mesh{{}, Grid{1473, 1}}; }), "(mk2 has 1472)"));
-    CHECK(has(error_of([] { CheckedMesh<Heat> mesh{{}, Grid{1473, 1}}; }), "(mk2 has 1472)"));
+    CHECK(refused(machine::Tag<Mesh<Heat>>{}, {1472, 1}).empty());
+    CHECK(has(refused(machine::Tag<Mesh<Heat>>{}, {1473, 1}), "(mk2 has 1472)"));
+    CHECK(has(refused(machine::Tag<CheckedMesh<Heat>>{}, {1473, 1}), "(mk2 has 1472)"));
 }

@@ -89,6 +89,17 @@ double bytes_a_tile(std::uint32_t threads, typename M::Sizes const& sizes, Prepa
     }
 }
 
+void check_idle(char const* what, double bytes)
+{
+    if (bytes < 0) {
+        MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
+        return;
+    }
+    MESSAGE(what, ": ", bytes, " bytes an idle tile");
+    CHECK(bytes > 0);
+    CHECK(bytes <= most_bytes_a_tile());
+}
+
 } // namespace
 
 TEST_CASE("an idle tile of a small program costs at most 256 bytes")
@@ -97,14 +108,7 @@ TEST_CASE("an idle tile of a small program costs at most 256 bytes")
     CHECK(Tile<Field::Machine, Program>::bytes > 200'000); // the capacity of a tile
     for (std::uint32_t threads : {1u, 2u}) {
         CAPTURE(threads);
-        auto const bytes = bytes_a_tile<Mesh<Program, Field::Machine>>(threads, mesh_sizes<Program, Field::Machine>(), [](auto&) {});
-        if (bytes < 0) {
-            MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
-            return;
-        }
-        MESSAGE("small program: ", bytes, " bytes an idle tile");
-        CHECK(bytes > 0);
-        CHECK(bytes <= most_bytes_a_tile());
+        check_idle("small program", bytes_a_tile<Mesh<Program, Field::Machine>>(threads, mesh_sizes<Program, Field::Machine>(), [](auto&) {}));
     }
 }
 
@@ -121,13 +125,7 @@ TEST_CASE("an idle tile of the splat frame costs at most 256 bytes")
         frame.tiling = splat::make_tiling(0, 0, 32, 20);
         frame.view_changed = 1;
     });
-    if (bytes < 0) {
-        MESSAGE("not measured: no /proc/self/statm, too little address space, or a sanitizer");
-        return;
-    }
-    MESSAGE("splat frame: ", bytes, " bytes an idle tile");
-    CHECK(bytes > 0);
-    CHECK(bytes <= most_bytes_a_tile());
+    check_idle("splat frame", bytes);
 }
 
 TEST_CASE("memory follows live records: what one tile holds is paid for once, not by every tile")

@@ -70,8 +70,7 @@ struct Live {
             for (std::uint32_t x = 0; x < 8; ++x) {
                 std::uint32_t neighbours = 0;
                 for (std::uint32_t j = 0; j < 3; ++j)
-                    for (std::uint32_t i = 0; i < 3; ++i)
-                        neighbours += i == 1 && j == 1 ? 0u : wide.row[y + j] >> (x + i) & 1u;
+                    for (std::uint32_t i = 0; i < 3; ++i) neighbours += i == 1 && j == 1 ? 0u : wide.row[y + j] >> (x + i) & 1u;
                 bool const alive = (wide.row[y + 1] >> (x + 1) & 1u) != 0;
                 patch.row[y] |= (neighbours == 3 || (alive && neighbours == 2) ? 1u : 0u) << x;
             }
@@ -119,10 +118,7 @@ struct Road : Channel<Parcel, 4096> {};
 
 constexpr Direction towards(TileId from, TileId to) noexcept
 {
-    return to.x() > from.x()   ? Direction::east
-           : to.x() < from.x() ? Direction::west
-           : to.y() > from.y() ? Direction::south
-                               : Direction::north;
+    return to.x() > from.x() ? Direction::east : to.x() < from.x() ? Direction::west : to.y() > from.y() ? Direction::south : Direction::north;
 }
 constexpr std::uint32_t distance(TileId a, TileId b) noexcept
 {

@@ -84,14 +84,14 @@ TEST_CASE("sides: Cannon's product is right, in a quarter of the channels' SRAM 
 
 TEST_CASE("sides: edges that reflect need an end for what comes back")
 {
-    using Reflecting = Way<Edge::reflect, Sides::east, false>;
-    using Dropping = Way<Edge::drop, Sides::east, false>;
+    using Reflecting = Way<Edge::reflect, Sides::east>;
+    using Dropping = Way<Edge::drop, Sides::east>;
     CHECK((Reflecting::receives_from == (Sides::west | Sides::east)));
     CHECK(ends_in<Reflecting> + ends_out<Reflecting> == 2 + 1);
     CHECK((Dropping::receives_from == Sides::west));
     CHECK(ends_in<Dropping> + ends_out<Dropping> == 1 + 1);
     CHECK((opposite(Sides::north | Sides::east) == (Sides::south | Sides::west)));
-    using Everywhere = Way<Edge::wrap, Sides::all, false>;
+    using Everywhere = Way<Edge::wrap>;
     CHECK(ends_in<Everywhere> + ends_out<Everywhere> == 4 + 4);
     using Program = Some<Edge::reflect, Sides::east>;
     CHECK(Tile<Mk2, Program>::own_channel_bytes<Reflecting>() == 3 * (8 + 12));

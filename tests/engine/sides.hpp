@@ -1,22 +1,37 @@
 #pragma once
-#include "edges.hpp"
+#include "everywhere.hpp"
 
-/// Channels that have some of the four sides. `Full`: the same program on channels with all sides, of which its kernels use as few.
+/// Programs on channels of all three edges, of all four sides or of some, and the words that each tile must read, computed by a loop without
+/// a mesh. `Full`: the same program on channels with all sides, of which its kernels use as few.
 namespace engine_test::on_edges {
 
-template <Edge E, Sides S, bool Full>
+/// A name for each kind of edge, so that a program may have channels, states and kernels of all three.
+constexpr char const* name_of_edge(Edge edge, char const* reflecting, char const* dropping, char const* wrapping)
+{
+    return edge == Edge::reflect ? reflecting : edge == Edge::drop ? dropping : wrapping;
+}
+template <Edge E, Sides S = Sides::all, bool Full = false>
 struct Way : Channel<std::uint32_t, 3, E, Full ? Sides::all : S> {
-    static constexpr char const* name = "way";
+    static constexpr char const* name = name_of_edge(E, "reflecting", "dropping", "wrapping");
 };
-template <Edge E, Sides S>
+template <Edge E, Sides S = Sides::all>
 struct Kept {
-    static constexpr char const* name = "kept";
+    static constexpr char const* name = name_of_edge(E, "kept reflecting", "kept dropping", "kept wrapping");
     std::uint32_t words[4], notes[4], sends;
 };
-/// Sends its parcels to the sides S, three times.
-template <Edge E, Sides S, bool Full>
-struct SendSome {
-    static constexpr char const* name = "send some";
+/// The words that a tile sends to a side when it has `left` more times to send: one to three words, and on two sides a note.
+struct Parcel {
+    std::uint32_t words[3], size, note;
+};
+constexpr Parcel parcel_of(std::uint32_t tile, Direction d, std::uint32_t left)
+{
+    auto const w = 1000 * left + 4 * tile + index(d);
+    return {{w, 7 * w, 13 * w}, 1 + w % 3, index(d) % 2 == 0 ? w + 1 : 0};
+}
+/// Sends its parcels to the sides S, `sends` times.
+template <Edge E, Sides S = Sides::all, bool Full = false>
+struct Send {
+    static constexpr char const* name = name_of_edge(E, "send_reflecting", "send_dropping", "send_wrapping");
     Vote operator()(Here here, Kept<E, S>& kept, In<Way<E, S, Full>> in, Out<Way<E, S, Full>> out) const noexcept
     {
         for (auto d : news) { // a side without an end is empty
@@ -34,16 +49,32 @@ struct SendSome {
         return kept.sends == 0 ? Vote::quiet : Vote::busy;
     }
 };
-template <Edge E, Sides S, bool Full = false>
-using Some = Sequence<Superstep<SendSome<E, S, Full>>, UntilQuiet<SendSome<E, S, Full>>>;
+template <Edge E, Sides S = Sides::all, bool Full = false>
+using Some = Sequence<Superstep<Send<E, S, Full>>, UntilQuiet<Send<E, S, Full>>>;
+using Edges = Sequence<Some<Edge::reflect>, Some<Edge::drop>, Some<Edge::wrap>>;
 
-template <Edge E, Sides S, class M>
+inline constexpr Grid edge_grids[] = {{1, 1}, {1, 4}, {5, 1}, {2, 2}, {5, 3}};
+inline constexpr std::uint32_t calls = 3;
+
+template <Edge E, Sides S = Sides::all, class M>
 void load_some(M& mesh)
 {
     for (auto [tile, kept] : mesh.template states<Kept<E, S>>()) kept.sends = calls;
 }
-/// As expected_of, of the sides S alone.
-inline Expected expected_of(Grid grid, Edge edge, Sides sides)
+template <class M>
+void load_edges(M& mesh)
+{
+    load_some<Edge::reflect>(mesh);
+    load_some<Edge::drop>(mesh);
+    load_some<Edge::wrap>(mesh);
+}
+
+/// The words and notes that all tiles must read on channels with one kind of edge, and the number of messages.
+struct Expected {
+    std::vector<std::array<std::uint32_t, 8>> heard; ///< for each tile: words of the four sides, notes of the four sides
+    std::uint64_t messages = 0;
+};
+inline Expected expected_of(Grid grid, Edge edge, Sides sides = Sides::all)
 {
     Expected e;
     e.heard.resize(grid.size());
@@ -51,7 +82,7 @@ inline Expected expected_of(Grid grid, Edge edge, Sides sides)
     for (std::uint32_t left = calls; left-- > 0;)
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
-                for (std::uint32_t d = 0; d < 4; ++d) {
+                for (std::uint32_t d = 0; d < 4; ++d) { // north, east, west, south
                     if ((static_cast<std::uint32_t>(sides) & 1u << d) == 0) continue;
                     int const dx[] = {0, 1, -1, 0}, dy[] = {-1, 0, 0, 1};
                     int tx = x + dx[d], ty = y + dy[d];
@@ -69,7 +100,7 @@ inline Expected expected_of(Grid grid, Edge edge, Sides sides)
                 }
     return e;
 }
-template <Edge E, Sides S, class M>
+template <Edge E, Sides S = Sides::all, class M>
 void check_kept(M& mesh)
 {
     auto const expected = expected_of(mesh.grid(), E, S);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <doctest/doctest.h>
+#include <numeric>
 #include <tilemesh/machine/buffer.hpp>
 #include <type_traits>
 #include <vector>
@@ -21,8 +22,7 @@ struct Parcel {
     std::uint32_t check;
     friend bool operator==(Parcel const& a, Parcel const& b)
     {
-        return a.id == b.id && a.weight[0] == b.weight[0] && a.weight[1] == b.weight[1] && a.weight[2] == b.weight[2] &&
-               a.check == b.check;
+        return a.id == b.id && a.weight[0] == b.weight[0] && a.weight[1] == b.weight[1] && a.weight[2] == b.weight[2] && a.check == b.check;
     }
 };
 static_assert(sizeof(Parcel) == 20);
@@ -65,90 +65,31 @@ static_assert(Buffer<Parcel, 7>::words(7) == 2 + 35 && Buffer<Parcel, 7>::words(
 
 } // namespace
 
-TEST_CASE("a buffer fills to its capacity, 0, 1, n - 1, n, and refuses item n + 1 with its contents kept")
-{
-    Words<4> words;
-    Four b{words.place()};
-    CHECK(b.empty());
-    CHECK(b.size() == 0);
-    CHECK(b.room() == 4);
-    CHECK(b.begin() == b.end());
-    for (std::uint32_t i = 0; i < 4; ++i) {
-        CHECK(b.try_push(10 + i));
-        CHECK(b.size() == i + 1);
-        CHECK(b.room() == 3 - i);
-        CHECK_FALSE(b.empty());
-    }
-    CHECK_FALSE(b.try_push(99));
-    CHECK_FALSE(b.try_push(98));
-    CHECK(b.size() == 4);
-    CHECK(b.room() == 0);
-    CHECK(contents(b) == Values{10, 11, 12, 13});
-    CHECK(words.intact());
-    CHECK(words.head[0] == 4);
-    CHECK(words.head[1] == 0);
-}
-
-TEST_CASE("a buffer of capacity 0 and of capacity 1")
-{
-    Words<1> words;
-    Buffer<std::uint32_t, 0> none{words.place(0)};
-    CHECK(none.room() == 0);
-    CHECK_FALSE(none.try_push(1));
-    CHECK(none.empty());
-    CHECK(words.items[1] == canary);
-
-    Buffer<std::uint32_t, 1> one{words.place()};
-    CHECK(one.try_push(7));
-    CHECK_FALSE(one.try_push(8));
-    CHECK(contents(one) == Values{7});
-    CHECK(words.intact());
-}
-
-TEST_CASE("push: silent while there is room, one broken contract when full, contents kept")
-{
-    Words<3> words;
-    Buffer<std::uint32_t, 3> b{words.place()};
-    auto const before = broken_contracts();
-    b.push(1);
-    b.push(2);
-    b.push(3);
-    CHECK(broken_contracts() == before);
-    CHECK(contents(b) == Values{1, 2, 3});
-    b.push(4);
-    CHECK(broken_contracts() == before + 1);
-    CHECK(last_broken_contract().find("push into a full buffer") == 0);
-    CHECK(last_broken_contract().find("; use try_push") != std::string::npos);
-    CHECK(contents(b) == Values{1, 2, 3});
-    CHECK(words.intact());
-    b.truncate(2);
-    auto const again = broken_contracts();
-    b.push(5);
-    CHECK(broken_contracts() == again);
-    CHECK(contents(b) == Values{1, 2, 5});
-}
-
-TEST_CASE("unchecked_push writes what push would")
+TEST_CASE("push and unchecked_push write the same and are silent while there is room; a full list keeps its contents, and push alone reports")
 {
     Words<3> checked, unchecked;
     Buffer<std::uint32_t, 3> a{checked.place()}, b{unchecked.place()};
+    auto const before = broken_contracts();
     for (std::uint32_t i = 0; i < 3; ++i) {
         a.push(i * 17);
         b.unchecked_push(i * 17);
     }
     CHECK(checked.head == unchecked.head);
     CHECK(checked.items == unchecked.items);
-    CHECK(unchecked.intact());
-}
-
-TEST_CASE("try_push and unchecked_push never report")
-{
-    Words<1> words;
-    Buffer<std::uint32_t, 1> b{words.place()};
-    auto const before = broken_contracts();
-    b.unchecked_push(1);
-    CHECK_FALSE(b.try_push(2));
+    CHECK_FALSE(b.try_push(99));
+    CHECK_FALSE(b.try_push(98));
     CHECK(broken_contracts() == before);
+    a.push(4);
+    CHECK(broken_contracts() == before + 1);
+    CHECK(last_broken_contract().find("push into a full buffer") == 0);
+    CHECK(last_broken_contract().find("; use try_push") != std::string::npos);
+    for (auto const& list : {a, b}) CHECK(contents(list) == Values{0, 17, 34});
+    CHECK(checked.intact());
+    CHECK(unchecked.intact());
+    a.truncate(2);
+    a.push(5);
+    CHECK(broken_contracts() == before + 1);
+    CHECK(contents(a) == Values{0, 17, 5});
 }
 
 TEST_CASE("swap_remove of the first, a middle, the last and the only item")
@@ -220,12 +161,21 @@ TEST_CASE_TEMPLATE("one rule of capacity: a list has the slots of its place, 0, 
         Words<8> words;
         List b{words.place(slots)};
         CHECK(b.capacity() == slots);
-        CHECK(b.room() == slots);
-        std::uint32_t taken = 0;
-        while (b.try_push(taken)) ++taken;
-        CHECK(taken == slots);
-        CHECK(b.size() == slots);
+        CHECK(b.empty());
+        CHECK(b.begin() == b.end());
+        for (std::uint32_t taken = 0; taken < slots; ++taken) {
+            CHECK(b.room() == slots - taken);
+            CHECK(b.try_push(10 + taken));
+            CHECK(b.size() == taken + 1);
+        }
+        CHECK_FALSE(b.try_push(99));
+        CHECK(b.empty() == (slots == 0));
         CHECK(b.room() == 0);
+        Values want(slots);
+        std::iota(want.begin(), want.end(), 10u);
+        CHECK(contents(b) == want);
+        CHECK(words.head[0] == slots);
+        CHECK(words.head[1] == 0);
         CHECK(words.items[1 + slots] == canary);
         CHECK(words.intact());
     }

@@ -127,23 +127,3 @@ TEST_CASE("every outgoing end is read in exactly one place: no two senders write
         CHECK(std::all_of(count.begin(), count.end(), [](int n) { return n == 1; }));
     }
 }
-
-TEST_CASE("a tile alone talks to itself on all sides")
-{
-    Grid const one{1, 1};
-    for (Direction d : news) {
-        CHECK_FALSE(one.has_neighbour(TileId::at(0, 0), d));
-        CHECK(one.neighbour(TileId::at(0, 0), d) == TileId::at(0, 0));
-        CHECK(one.arrival(TileId::at(0, 0), d) == d);
-    }
-}
-
-TEST_CASE("an edge of W x H tiles has 2 (W + H) sides without a neighbour")
-{
-    for (Grid const grid : {Grid{1, 1}, Grid{1, 5}, Grid{3, 2}, Grid{40, 36}}) {
-        std::uint32_t edges = 0;
-        for (std::uint32_t i = 0; i < grid.size(); ++i)
-            for (Direction d : news) edges += grid.has_neighbour(grid.tile(i), d) ? 0 : 1;
-        CHECK(edges == 2 * (grid.width + grid.height));
-    }
-}

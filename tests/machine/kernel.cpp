@@ -27,10 +27,7 @@ struct Red : Channel<std::uint32_t, 2> {};
 struct Blue : Channel<std::uint32_t, 2> {};
 
 struct Everything {
-    Vote operator()(Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here) const noexcept
-    {
-        return Vote::quiet;
-    }
+    Vote operator()(Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here) const noexcept { return Vote::quiet; }
 };
 struct AllWorkers {
     void operator()(Pile const&, In<Blue>, Worker) const noexcept {}
@@ -41,8 +38,7 @@ struct Nothing {
 
 // KernelTraits: the facts in the parameter list of a kernel.
 using T = KernelTraits<Everything>;
-static_assert(
-    std::is_same_v<T::Arguments, machine::Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
+static_assert(std::is_same_v<T::Arguments, machine::Types<Level&, Pressure const&, Pile&, Broadcast<Rate>, In<Red>, Out<Blue>, Here>>);
 static_assert(std::is_same_v<T::Result, Vote> && std::is_same_v<KernelTraits<Nothing>::Result, void>);
 static_assert(takes<Everything, Level&> && takes<Everything, Pressure const&> && takes<Everything, Here>);
 static_assert(!takes<Everything, Level const&> && !takes<Everything, Pressure&>, "const is part of the declaration");
@@ -67,20 +63,20 @@ static_assert(std::is_same_v<KernelTraits<BothEnds>::Needs::States, machine::Typ
 struct First {
     void operator()(Pressure&, Out<Red>, Broadcast<Limit>) const noexcept {}
 };
-using Nested =
-    Sequence<Superstep<First>, Sequence<Repeat<Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
+using Nested = Sequence<Superstep<First>, Sequence<Repeat<Everything>, Sequence<>, UntilQuiet<AllWorkers>>, Superstep<First>>;
 static_assert(std::is_same_v<machine::Needs<Nested>::States, machine::Types<Pressure, Level, Pile>>);
 static_assert(std::is_same_v<machine::Needs<Nested>::Links, machine::Types<Red, Blue>>);
 static_assert(std::is_same_v<machine::Needs<Nested>::Shareds, machine::Types<Limit, Rate>>);
-static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<Nothing>>, Loop<Superstep<Everything>>>>::Shareds, machine::Types<Rate, Limit>>,
-              "a condition's broadcast counts, after those of kernels");
+static_assert(
+    std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<Nothing>>, Loop<Superstep<Everything>>>>::Shareds, machine::Types<Rate, Limit>>,
+    "a condition's broadcast counts, after those of kernels");
 static_assert(std::is_same_v<machine::Needs<Sequence<If<&Limit::most, Superstep<First>>>>::Shareds, machine::Types<Limit>>, "and once");
 
 // Steps have numbers in program order, at any depth of nesting. Loops too have numbers in program order.
 using Twisted = Sequence<Superstep<First>, Loop<If<&Limit::most, UntilQuiet<Everything>>, Loop<Superstep<Nothing>>>, Superstep<First>,
                          Loop<Repeat<Nothing>, UntilQuiet<Nothing>>>;
 static_assert(std::is_same_v<StepsOf<Twisted>, machine::Types<Superstep<First>, UntilQuiet<Everything>, Superstep<Nothing>, Superstep<First>,
-                                                     Repeat<Nothing>, UntilQuiet<Nothing>>>);
+                                                              Repeat<Nothing>, UntilQuiet<Nothing>>>);
 static_assert(step_of<Twisted, Everything>() == 1 && step_of<Twisted, Nothing>() == 2 && step_of<Twisted, Nothing, 2>() == 5);
 static_assert(step_of<Twisted, First, 1>() == 3 && step_of<Twisted, First, 2>() == no_step && step_of<Twisted, AllWorkers>() == no_step);
 constexpr bool is_at(LoopAt const& loop, std::uint32_t index, std::uint32_t first, std::uint32_t last)
@@ -131,8 +127,7 @@ static_assert(!clashes<Superstep<Send>, Superstep<Read>>);
 static_assert(!clashes<Superstep<Read>, Superstep<Send>>, "cyclic: the read comes before the next send");
 static_assert(clashes<Superstep<Send>, Superstep<Send>, Superstep<Read>>);
 static_assert(clashes<Superstep<Read>, Superstep<Send>, Superstep<Send>>);
-static_assert(!clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Read>>,
-              "mail outlives other steps");
+static_assert(!clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Nothing>, Superstep<Read>>, "mail outlives other steps");
 static_assert(clashes<Superstep<Send>, Superstep<Nothing>, Superstep<Send>, Superstep<Read>>);
 static_assert(!clashes<Superstep<Send>, Superstep<Read>, Superstep<Send>, Superstep<Read>>);
 static_assert(clashes<Superstep<Send>, Superstep<Relay>>, "a relay reads and sends: what it sent is unread");
@@ -150,8 +145,7 @@ static_assert(clashes<Loop<Superstep<Send>>, Superstep<Read>>, "the second round
 static_assert(clashes<Superstep<Send>, Loop<Superstep<Read>>>, "no round leaves it unread");
 static_assert(!clashes<If<&Limit::most, Superstep<Send>, Superstep<Read>>> && !clashes<If<&Limit::most, Superstep<Send>>, Superstep<Read>>);
 static_assert(clashes<Superstep<Send>, If<&Limit::most, Superstep<Read>>>, "a run without it leaves it unread");
-static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>,
-              "nesting hides nothing");
+static_assert(clashes<Sequence<Superstep<Send>>, Sequence<Sequence<Superstep<Send>>>, Superstep<Read>>, "nesting hides nothing");
 static_assert(!clashes<Sequence<Superstep<Send>, Sequence<Superstep<Read>>>>);
 static_assert(!detail::sends_over_unread_mail<Superstep<Send>, Blue>(), "another channel's mail is no matter");
 
@@ -188,8 +182,7 @@ struct Alone {
     Worker worker() noexcept { return {0, 1}; }
 };
 struct Touch {
-    Vote operator()(Level& level, Pressure const& pressure, Pile& pile, Broadcast<Rate> rate, In<Red> in, Out<Blue> out,
-                    Here here) const noexcept
+    Vote operator()(Level& level, Pressure const& pressure, Pile& pile, Broadcast<Rate> rate, In<Red> in, Out<Blue> out, Here here) const noexcept
     {
         ++level.word;
         pile.push(here.tile.x() * 100 + here.tile.y() * 10 + here.grid.height);

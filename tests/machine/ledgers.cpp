@@ -26,16 +26,6 @@ std::map<std::string, machine::Region> rows()
 }
 
 template <class S>
-std::string table()
-{
-    std::string out = std::string("ledger of ") + S::name + " on " + S::Machine::name + "\n";
-    for (machine::Region const& r : FrameTile<S>::ledger())
-        out += std::string(r.name.text, r.name.size) + " (" + r.what + "): " + std::to_string(r.bytes) +
-               (r.budgeted ? "\n" : ", outside the budget\n");
-    return out + "sum: " + std::to_string(FrameTile<S>::bytes) + " of " + std::to_string(S::Machine::sram_bytes);
-}
-
-template <class S>
 std::uint64_t budgeted_sum()
 {
     std::uint64_t sum = 0;
@@ -91,7 +81,6 @@ TEST_CASE("the paper's ledger: framebuffer, channels, storage, code; the rest ha
     CHECK(FrameTile<Paper>::bytes <= 638'976);
     auto const lists = ledger.at("marks").bytes + ledger.at("projected records").bytes + ledger.at("sort keys").bytes;
     CHECK(FrameTile<Paper>::bytes + lists > 638'976); // the lists do not fit, and the ledger says so
-    MESSAGE(table<Paper>());
 }
 
 TEST_CASE("the prototype's ledger: 100 and 800 records")
@@ -119,7 +108,6 @@ TEST_CASE("our ledger: every region counts, and all of it fits")
     CHECK(ledger.at("code and stacks").bytes == 130 * 1024);
     CHECK(FrameTile<Lossless>::bytes == budgeted_sum<Lossless>());
     CHECK(FrameTile<Lossless>::bytes <= 638'976);
-    MESSAGE(table<Lossless>());
 }
 
 TEST_CASE("all of the paper's numbers and all that the kernels keep do not fit in 624 KiB")
@@ -130,6 +118,4 @@ TEST_CASE("all of the paper's numbers and all that the kernels keep do not fit i
     CHECK(FrameTile<Wishes>::bytes == budgeted_sum<Wishes>());
     CHECK(FrameTile<FewerWishes>::bytes == budgeted_sum<FewerWishes>());
     CHECK(rows<FewerWishes>().at("beam").bytes == 0); // copies of 60 bytes lie within the memory of the road, whose messages have 64 bytes
-    MESSAGE(table<Wishes>());
-    MESSAGE(table<FewerWishes>());
 }

@@ -1,4 +1,5 @@
 // test: unoptimised test asan tsan
+#include "../engine/programs.hpp"
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <string>
@@ -9,25 +10,10 @@ using namespace tilemesh;
 
 namespace {
 
-// A heat program.
-struct Cell {
-    float kelvin;
-};
-struct Conductivity {
-    float per_step;
-};
-struct Wall : Channel<float, 1> {};
-struct Diffuse {
-    void operator()(Cell& cell, Broadcast<Conductivity> k, In<Wall> in, Out<Wall> out) const noexcept
-    {
-        float flow = 0;
-        for (auto d : news)
-            for (float neighbour : in[d]) flow += neighbour - cell.kelvin;
-        cell.kelvin += k->per_step * flow;
-        for (auto d : news) out[d].unchecked_push(cell.kelvin);
-    }
-};
-using Heat = Sequence<Repeat<Diffuse>>;
+using engine_test::Cell;
+using engine_test::Conductivity;
+using engine_test::Heat;
+using engine_test::Wall;
 using HeatTile = Tile<Mk2, Heat>;
 
 // 1 word of state, 1 word of broadcast, 8 ends of 2 + 1 words, and 130 KiB reserved for code and stacks.

@@ -1,7 +1,6 @@
 // Maps in parts: each rank has its part of the rows, and results are those of the whole map.
-#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
-#include "on_ranks.hpp"
+#include "same_frame.hpp"
 #include "short_of_memory.hpp"
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/row_shares.hpp>
@@ -68,11 +67,7 @@ TEST_CASE("a map in parts, also empty ones: pictures, reports and losses are tho
         BasicRenderer<Whole, MpiMesh> equal{part_of(map, {1}), options}, uneven{part_of(map, {ranks() == 1 ? 1u : 0u, 5, 1}), options};
         for (auto const& camera : path) {
             auto const wanted = one.render(camera);
-            for (auto* renderer : {&equal, &uneven}) {
-                auto const frame = renderer->render(camera);
-                CHECK(report::first_difference(frame.report, wanted.report) == "");
-                if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted.image) == 0);
-            }
+            for (auto* renderer : {&equal, &uneven}) check_same_frame(renderer->render(camera), wanted);
             CHECK((slots == 22) == !wanted.report.lost.empty());
         }
     }
@@ -91,11 +86,8 @@ TEST_CASE("a renderer chooses bands of equal work, of a whole map and of parts; 
     options.rows_of_all_parts = 600;
     BasicRenderer<Whole, MpiMesh> parts{part_of(map, {3, 1}), options};
     for (auto* renderer : {&whole, &parts}) {
-        for (int i = 0; i < 2; ++i) {
-            auto const frame = renderer->render(i == 0 ? first : turned);
-            CHECK(report::first_difference(frame.report, wanted[i].report) == "");
-            if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted[i].image) == 0);
-        }
+        check_same_frame(renderer->render(first), wanted[0]);
+        check_same_frame(renderer->render(turned), wanted[1]);
         render::RowWeights work(renderer->tiling(), 12);
         work.add_tiles();
         for (auto const& g : map.gaussians) work.add(splat::project(g, splat::make_view(first, renderer->rules()), renderer->tiling()));
@@ -125,18 +117,14 @@ TEST_CASE("one rank out of memory, at each allocation of a frame in turn: every 
     for (auto const& camera : {first, second, second}) wanted.push_back(one.render(camera));
     CHECK_FALSE(wanted.front().report.lost.empty());
     using OnRanks = BasicRenderer<Whole, MpiMesh>;
-    auto const same = [&](RenderedFrame const& frame, RenderedFrame const& want) {
-        CHECK(report::first_difference(frame.report, want.report) == "");
-        if (rank() == 0) CHECK(support::differing_pixels(frame.image, want.image) == 0);
-    };
     for (bool const in_parts : {false, true}) {
         CAPTURE(in_parts);
         auto const mine = in_parts ? part_of(map, {1}) : map;
         if (in_parts) options.rows_of_all_parts = 120;
         each_allocation_fails([&] { return std::make_unique<OnRanks>(mine, options); }, [&](OnRanks& renderer) { renderer.render(first); },
                               [&](OnRanks& renderer, bool failed) {
-                                  if (failed) same(renderer.render(first), wanted[0]);
-                                  same(renderer.render(second), wanted[1]);
+                                  if (failed) check_same_frame(renderer.render(first), wanted[0]);
+                                  check_same_frame(renderer.render(second), wanted[1]);
                               });
     }
     each_allocation_fails(
@@ -147,8 +135,8 @@ TEST_CASE("one rank out of memory, at each allocation of a frame in turn: every 
         },
         [&](OnRanks& renderer) { renderer.render(second); },
         [&](OnRanks& renderer, bool failed) {
-            if (failed) same(renderer.render(first), wanted[0]);
-            same(renderer.render(second), wanted[failed ? 1 : 2]);
+            if (failed) check_same_frame(renderer.render(first), wanted[0]);
+            check_same_frame(renderer.render(second), wanted[failed ? 1 : 2]);
         });
 }
 

@@ -1,7 +1,6 @@
 // The renderer over ranks: pictures, reports, losses and traces are those of one process.
-#include "../compare_reports.hpp"
 #include "../splat/runner.hpp"
-#include "on_ranks.hpp"
+#include "same_frame.hpp"
 #include <tilemesh/render/ranks/host.hpp>
 #include <tilemesh/render/ranks/value_form.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -13,16 +12,11 @@ using support::Whole;
 
 namespace {
 
-bool same_words(std::vector<float> const& a, std::vector<float> const& b)
-{
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
-}
-
-/// The frames of one process: a Mesh that moves references.
+/// The frames of one process.
 template <class S>
 std::vector<RenderedFrame> frames_of_mesh(scene::Map const& map, RendererOptions const& options, std::vector<splat::Camera> const& cameras)
 {
-    BasicRenderer<splat::Referenced<S>, Mesh> renderer{map, options};
+    BasicRenderer<S, Mesh> renderer{map, options};
     std::vector<RenderedFrame> frames;
     for (auto const& camera : cameras) frames.push_back(renderer.render(camera));
     return frames;
@@ -47,15 +41,7 @@ void check_frames(std::vector<RenderedFrame> const& wanted, scene::Map const& ma
         for (std::size_t i = 0; i < cameras.size(); ++i) {
             CAPTURE(i);
             renderer.render_into(cameras[i], frame);
-            CHECK(report::first_difference(frame.report, wanted[i].report) == "");
-            if (rank() != 0) {
-                CHECK(frame.image.width == 0);
-                CHECK(frame.depth.values.empty());
-                continue;
-            }
-            CHECK(support::differing_pixels(frame.image, wanted[i].image) == 0);
-            CHECK(same_words(frame.depth.values, wanted[i].depth.values));
-            CHECK(same_words(frame.alpha.values, wanted[i].alpha.values));
+            check_same_frame(frame, wanted[i]);
         }
         delay(0);
     }
@@ -65,7 +51,7 @@ void check_frames(std::vector<RenderedFrame> const& wanted, scene::Map const& ma
 template <class S, class OverRanks = S>
 report::FrameReport compare(scene::Map const& map, RendererOptions const& options, std::vector<splat::Camera> const& cameras)
 {
-    auto const wanted = frames_of_mesh<S>(map, options, cameras);
+    auto const wanted = frames_of_mesh<splat::Referenced<S>>(map, options, cameras);
     check_frames<OverRanks>(wanted, map, options, cameras);
     return wanted.back().report;
 }
@@ -143,9 +129,7 @@ TEST_CASE("without routing, without bloom")
 TEST_CASE("digests of every superstep are those of a Mesh that moves values")
 {
     RendererOptions const options{.grid = {7, 6}, .storage_slots = 22, .digest = true};
-    BasicRenderer<Whole, Mesh> reference{cloud(500, 31), options};
-    std::vector<RenderedFrame> wanted;
-    for (auto const& camera : path()) wanted.push_back(reference.render(camera));
+    auto const wanted = frames_of_mesh<Whole>(cloud(500, 31), options, path());
     CHECK_FALSE(wanted.back().report.digests.empty());
     check_frames<Whole>(wanted, cloud(500, 31), options, path());
 }
@@ -214,23 +198,18 @@ TEST_CASE("errors are those of one process, on all ranks; ranks with different f
 
 TEST_CASE("the exception of an observer on one rank ends the frame on all ranks; the next frame is whole")
 {
-    auto const wanted = frames_of_mesh<Whole>(cloud(), {.grid = {7, 6}}, path());
+    auto const wanted = frames_of_mesh<splat::Referenced<Whole>>(cloud(), {.grid = {7, 6}}, path());
     BasicRenderer<Whole, MpiMesh> renderer{cloud(), {.grid = {7, 6}}};
     renderer.observe([](SuperstepEvent const& e) {
         if (e.pass == 2 && rank() == ranks() - 1) throw 7;
     });
     CHECK(has(error_of([&] { renderer.render(path()[0]); }), "an exception that is no std::exception"));
     renderer.observe(nullptr);
-    auto const frame = renderer.render(path()[0]);
-    CHECK(report::first_difference(frame.report, wanted[0].report) == "");
-    if (rank() == 0) CHECK(support::differing_pixels(frame.image, wanted[0].image) == 0);
+    check_same_frame(renderer.render(path()[0]), wanted[0]);
 }
 
 TEST_CASE("a frame that bounds its picture has the picture and the bounds of one process")
 {
     RendererOptions const options{.grid = {7, 6}};
-    BasicRenderer<splat::Bounded, Mesh> one{cloud(), options};
-    std::vector<RenderedFrame> wanted;
-    for (auto const& camera : path()) wanted.push_back(one.render(camera));
-    check_frames<splat::Bounded>(wanted, cloud(), options, path());
+    check_frames<splat::Bounded>(frames_of_mesh<splat::Bounded>(cloud(), options, path()), cloud(), options, path());
 }

@@ -9,11 +9,11 @@ using namespace engine_test::on_edges;
 
 using Reflecting = Some<Edge::reflect, Sides::north | Sides::west>;
 using Dropping = Some<Edge::drop, Sides::east>;
-VERTEX(edges_call_reflecting, Traced<Mk2>, Edges, Call<Edge::reflect>)
-VERTEX(edges_call_dropping, Traced<Mk2>, Edges, Call<Edge::drop>)
-VERTEX(edges_call_wrapping, Traced<Mk2>, Edges, Call<Edge::wrap>)
-VERTEX(reflecting_send_some, Traced<Mk2>, Reflecting, SendSome<Edge::reflect, Sides::north | Sides::west, false>)
-VERTEX(dropping_send_some, Traced<Mk2>, Dropping, SendSome<Edge::drop, Sides::east, false>)
+VERTEX(edges_send_reflecting, Traced<Mk2>, Edges, Send<Edge::reflect>)
+VERTEX(edges_send_dropping, Traced<Mk2>, Edges, Send<Edge::drop>)
+VERTEX(edges_send_wrapping, Traced<Mk2>, Edges, Send<Edge::wrap>)
+VERTEX(reflecting_send_reflecting, Traced<Mk2>, Reflecting, Send<Edge::reflect, Sides::north | Sides::west>)
+VERTEX(dropping_send_dropping, Traced<Mk2>, Dropping, Send<Edge::drop, Sides::east>)
 VERTEX(cannon_multiply, Traced<Mk2>, Cannon<false>, Multiply<false>)
 VERTEX(cannon_forget, Traced<Mk2>, Cannon<false>, Forget<false>)
 

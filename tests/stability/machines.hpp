@@ -38,4 +38,24 @@ std::unique_ptr<Runner> make_runner(Kind kind, tilemesh::scene::Map const& map, 
 tilemesh::RenderedFrame render(Kind kind, tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
                                tilemesh::RendererOptions options = {}, tilemesh::splat::Rules const* rules = nullptr);
 
+/// Is every value of colour, depth and alpha finite?
+inline bool finite(tilemesh::RenderedFrame const& f)
+{
+    // The exponent is all ones. Integers are compared, because this runs for every pixel of every frame.
+    auto const all = [](std::vector<float> const& values) {
+        return std::none_of(values.begin(), values.end(), [](float v) { return (__builtin_bit_cast(std::uint32_t, v) & 0x7f800000u) == 0x7f800000u; });
+    };
+    return all(f.image.rgb) && all(f.depth.values) && all(f.alpha.values);
+}
+inline bool same_bits(std::vector<float> const& a, std::vector<float> const& b)
+{
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+/// Colour, depth and alpha.
+inline bool same_picture(tilemesh::RenderedFrame const& a, tilemesh::RenderedFrame const& b)
+{
+    return a.image.width == b.image.width && same_bits(a.image.rgb, b.image.rgb) && same_bits(a.depth.values, b.depth.values) &&
+           same_bits(a.alpha.values, b.alpha.values);
+}
+
 } // namespace stability

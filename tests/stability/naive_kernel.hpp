@@ -71,8 +71,7 @@ inline Point view_point(tilemesh::splat::Camera const& c, float const (&p)[3]) n
 }
 
 /// J W Sigma W^T J^T + dilation, with x/z and y/z clamped in J to `limit` half fields of view; limit 0: not clamped.
-inline Screen covariance_screen(Matrix3 const& sigma, tilemesh::splat::Camera const& c, Point const& t, float limit,
-                                float dilation) noexcept
+inline Screen covariance_screen(Matrix3 const& sigma, tilemesh::splat::Camera const& c, Point const& t, float limit, float dilation) noexcept
 {
     float tx = t.x / t.z, ty = t.y / t.z;
     if (limit > 0) {

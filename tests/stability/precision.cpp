@@ -1,6 +1,6 @@
 #include "catalogue.hpp"
 #include "kernel_pixel.hpp"
-#include "../splat/support.hpp"
+#include "reference.hpp"
 #include <glm/mat3x3.hpp>
 #include <tilemesh/scene/pose.hpp>
 #include <tilemesh/scene/trajectory.hpp>
@@ -12,6 +12,11 @@
 using namespace tilemesh;
 using namespace tilemesh::splat;
 using stability::number;
+using stability::our_splat;
+using stability::plain_camera;
+using stability::Spread;
+using stability::Truth;
+using stability::truth;
 
 namespace {
 
@@ -30,46 +35,6 @@ float as_half(float v)
     return std::copysign(rounded * step, v);
 }
 
-struct Conic {
-    double xx, xy, yy; ///< covariance on the screen, dilated
-    double det;
-    double x, y; ///< the mean, relative to the principal point
-};
-/// The projection in double: the factor V = J W R S, and its determinant as a sum of squares.
-Conic exact(Gaussian const& g, Camera const& c)
-{
-    double const q[4] = {g.rotation[0], g.rotation[1], g.rotation[2], g.rotation[3]};
-    auto const r = scene::rotation_matrix(q[0], q[1], q[2], q[3]); // columns are the axes
-    double view[3] = {};
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) view[i] += double{c.rotation[i][j]} * (double{g.mean_world[j]} - double{c.position[j]});
-    double const tan_x = 1.3 * std::max(double{c.cx}, c.width - double{c.cx}) / double{c.fx};
-    double const tan_y = 1.3 * std::max(double{c.cy}, c.height - double{c.cy}) / double{c.fy};
-    double const sx = view[0] / view[2], sy = view[1] / view[2];
-    double const jx = std::clamp(sx, -tan_x, tan_x), jy = std::clamp(sy, -tan_y, tan_y);
-    double v1[3], v2[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        double along[3] = {};
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) along[i] += double{c.rotation[i][j]} * r[axis][j];
-        double const s = std::exp(double{g.log_scale[axis]});
-        v1[axis] = double{c.fx} / view[2] * s * (along[0] - jx * along[2]);
-        v2[axis] = double{c.fy} / view[2] * s * (along[1] - jy * along[2]);
-    }
-    double a = 0, b = 0, d = 0, det = 0;
-    for (int i = 0; i < 3; ++i) {
-        a += v1[i] * v1[i], b += v1[i] * v2[i], d += v2[i] * v2[i];
-        double const minor = v1[i] * v2[(i + 1) % 3] - v1[(i + 1) % 3] * v2[i];
-        det += minor * minor;
-    }
-    double const h = double{0.3f};
-    return {a + h, b, d + h, det + h * (a + d) + h * h, double{c.fx} * sx, double{c.fy} * sy};
-}
-double alpha_of(Conic const& e, double opacity, double x, double y)
-{
-    double const dx = x - e.x, dy = y - e.y, off = dy - e.xy / e.xx * dx;
-    return opacity * std::exp(-0.5 * dx * dx / e.xx - 0.5 * off * off * e.xx / e.det);
-}
 double alpha_of_conic(float xx, float xy, float yy, float opacity, float dx, float dy)
 {
     float const power = -0.5f * (xx * dx * dx + yy * dy * dy) - xy * dx * dy;
@@ -80,8 +45,7 @@ Gaussian sample(support::Random& random, float nearest, float farthest, float me
 {
     auto g = support::ball(1, 0, 0);
     float const z = random.uniform(nearest, farthest);
-    g.mean_world[0] = random.uniform(-0.6f, 0.6f) * z, g.mean_world[1] = random.uniform(-0.34f, 0.34f) * z,
-    g.mean_world[2] = z;
+    g.mean_world[0] = random.uniform(-0.6f, 0.6f) * z, g.mean_world[1] = random.uniform(-0.34f, 0.34f) * z, g.mean_world[2] = z;
     for (float& s : g.log_scale) { // nearly normal
         float sum = 0;
         for (int i = 0; i < 12; ++i) sum += random.uniform(0, 1);
@@ -91,21 +55,11 @@ Gaussian sample(support::Random& random, float nearest, float farthest, float me
     g.opacity = 0.95f;
     return g;
 }
-Camera frame_1280()
-{
-    auto c = support::flat_camera(1280, 720);
-    c.cx = 640, c.cy = 360;
-    return c;
-}
-Splat splat_of(Gaussian const& g, Camera const& c)
-{
-    return project(g, make_view(c, Rules{}), make_tiling(c.width, c.height, c.width, c.height));
-}
 /// A pixel within about three standard deviations, in the frame; false if the splat has no such pixel.
-bool pixel_near(Conic const& e, Camera const& c, support::Random& random, float& x, float& y)
+bool pixel_near(Truth<double> const& e, Camera const& c, support::Random& random, float& x, float& y)
 {
     double const t = random.uniform(0, 3), turn = random.uniform(0, 6.2831853f);
-    double const l11 = std::sqrt(e.xx), l21 = e.xy / l11, l22 = std::sqrt(e.det) / l11;
+    double const l11 = std::sqrt(e.a), l21 = e.b / l11, l22 = std::sqrt(e.determinant) / l11;
     double const px = e.x + t * l11 * std::cos(turn) + double{c.cx};
     double const py = e.y + t * (l21 * std::cos(turn) + l22 * std::sin(turn)) + double{c.cy};
     if (!(px >= 0 && px < c.width && py >= 0 && py < c.height)) return false;
@@ -113,10 +67,23 @@ bool pixel_near(Conic const& e, Camera const& c, support::Random& random, float&
     y = static_cast<float>(std::floor(py)) + 0.5f - c.cy;
     return true;
 }
-double percentile(std::vector<double>& values, double share)
+/// Calls f(record, truth, splat, x, y) for n random splats, each with a pixel near it.
+template <class F>
+void each_sample(std::uint32_t n, std::uint64_t seed, float nearest, float farthest, float mean_log_scale, float spread, F const& f)
 {
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+    support::Random random(seed);
+    auto const camera = plain_camera();
+    std::uint32_t samples = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        auto const g = sample(random, nearest, farthest, mean_log_scale, spread);
+        auto const e = truth<double>(g, camera, Rules{});
+        auto const s = our_splat(g, camera, Rules{});
+        float x, y;
+        if (!s.visible() || !pixel_near(e, camera, random, x, y)) continue;
+        f(g, e, s, x, y);
+        ++samples;
+    }
+    REQUIRE(samples > n / 4);
 }
 } // namespace
 
@@ -138,16 +105,13 @@ TEST_CASE("row 64: splats of more than 256 pixels stay finite")
     std::uint32_t naive = 0, ours = 0;
     double error = 0;
     for (float sigma : {255.0f, 256.0f, 300.0f, 1000.0f, 20'000.0f}) {
-        auto const camera = frame_1280();
+        auto const camera = plain_camera();
         auto const g = support::ball(1, 10, 20, sigma, 0.95f);
         naive += std::isfinite(as_half(sigma * sigma + 0.3f)) ? 0 : 1;
-        auto const s = splat_of(g, camera);
+        auto const s = our_splat(g, camera, Rules{});
         REQUIRE(s.visible());
-        ours += std::isfinite(s.along) && std::isfinite(s.slope) && std::isfinite(s.across) && s.along < 0 && s.across < 0
-                    ? 0
-                    : 1;
-        error = std::max(error,
-                         std::fabs(double{alpha_at(s, 300, -100)} - alpha_of(exact(g, camera), double{0.95f}, 300, -100)));
+        ours += std::isfinite(s.along) && std::isfinite(s.slope) && std::isfinite(s.across) && s.along < 0 && s.across < 0 ? 0 : 1;
+        error = std::max(error, std::fabs(double{alpha_at(s, 300, -100)} - truth<double>(g, camera, Rules{}).alpha_at(300, -100)));
     }
     CHECK(naive == 4); // all but 255
     CHECK(ours == 0);
@@ -164,13 +128,12 @@ TEST_CASE("row 65: an axis of 1e-4 is kept")
     double const error = std::fabs(double{ours} / double{size} - 1);
     CHECK(naive == 0.0f);
     CHECK(error <= 1e-6);
-    stability::report(
-        {65, "s = 1e-4", "s^2 = 0 in half: the axis is lost", "off by " + number(error) + ", relative", "1e-6", true});
+    stability::report({65, "s = 1e-4", "s^2 = 0 in half: the axis is lost", "off by " + number(error) + ", relative", "1e-6", true});
 }
 
 TEST_CASE("row 66: a mean at pixel 1279.4 keeps its place")
 {
-    auto camera = frame_1280();
+    auto camera = plain_camera();
     camera.fx = camera.fy = 1024;
     double naive = 0, ours = 0;
     support::Random random(66);
@@ -178,82 +141,63 @@ TEST_CASE("row 66: a mean at pixel 1279.4 keeps its place")
         float const x = i == 0 ? 1279.4f : random.uniform(1024, 1280);
         auto g = support::ball(1, x - 640, 0);
         g.mean_world[2] = 1024; // one world unit is one pixel
-        auto const s = splat_of(g, camera);
+        auto const s = our_splat(g, camera, Rules{});
         double const truth = double{g.mean_world[0]};
         naive = std::max(naive, std::fabs(double{as_half(x)} - double{x}));
         ours = std::max(ours, std::fabs(double{s.mean_px[0]} - truth));
     }
     CHECK(naive > 0.005);
     CHECK(ours <= 0.005);
-    stability::report({66, "means at 1024 to 1280 px, 1279.4 among them", number(naive) + " px in half",
-                       number(ours) + " px", "0.005 px", true});
+    stability::report({66, "means at 1024 to 1280 px, 1279.4 among them", number(naive) + " px in half", number(ours) + " px", "0.005 px", true});
 }
 
 TEST_CASE("row 67: the stored form of the covariance keeps alpha")
 {
-    support::Random random(67);
-    auto const camera = frame_1280();
-    std::vector<double> naive, cholesky, ours;
-    std::uint32_t const n = support::fast() ? 4'000 : 40'000;
-    for (std::uint32_t i = 0; i < n; ++i) {
-        auto const g = sample(random, 1, 8, -3.5f, 1.0f);
-        auto const e = exact(g, camera);
-        auto const s = splat_of(g, camera);
-        float x, y;
-        if (!s.visible() || !pixel_near(e, camera, random, x, y)) continue;
-        double const truth = alpha_of(e, double{g.opacity}, double{x}, double{y});
-        float const dx = static_cast<float>(double{x} - e.x), dy = static_cast<float>(double{y} - e.y);
-        auto const half = [](double v) { return as_half(static_cast<float>(v)); };
-        naive.push_back(std::fabs(
-            alpha_of_conic(half(e.yy / e.det), half(-e.xy / e.det), half(e.xx / e.det), g.opacity, dx, dy) - truth));
-        // 1 / sqrt a, b / a, sqrt(a / D).
-        float const l1 = half(1 / std::sqrt(e.xx)), k = half(e.xy / e.xx), l2 = half(std::sqrt(e.xx / e.det));
-        float const p = l1 * dx, q = l2 * (dy - k * dx);
-        cholesky.push_back(std::fabs(double{g.opacity} * std::exp(-0.5 * double{p * p + q * q}) - truth));
-        ours.push_back(std::fabs(double{alpha_at(s, x, y)} - truth));
-    }
-    REQUIRE(ours.size() > n / 4);
-    double const naive_max = percentile(naive, 1), ours_max = percentile(ours, 1);
-    CHECK(naive_max > 1e-2);
-    CHECK(ours_max <= 1e-2);
-    stability::report({67, std::to_string(ours.size()) + " random splats",
-                       "conic in half: max " + number(naive_max) + ", p99 " + number(percentile(naive, 0.99)),
-                       "max " + number(ours_max) + ", p99 " + number(percentile(ours, 0.99)) + " (Cholesky in half: max " +
-                           number(percentile(cholesky, 1)) + ")",
-                       "1e-2", true});
+    Spread naive, cholesky, ours;
+    each_sample(support::fast() ? 4'000 : 40'000, 67, 1, 8, -3.5f, 1,
+                [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
+                    double const right = e.alpha_at(double{x}, double{y});
+                    float const dx = static_cast<float>(double{x} - e.x), dy = static_cast<float>(double{y} - e.y);
+                    auto const half = [](double v) { return as_half(static_cast<float>(v)); };
+                    auto const& d = e.determinant;
+                    naive.add(std::fabs(alpha_of_conic(half(e.c / d), half(-e.b / d), half(e.a / d), g.opacity, dx, dy) - right), 0);
+                    // 1 / sqrt a, b / a, sqrt(a / D).
+                    float const l1 = half(1 / std::sqrt(e.a)), k = half(e.b / e.a), l2 = half(std::sqrt(e.a / d));
+                    float const p = l1 * dx, q = l2 * (dy - k * dx);
+                    cholesky.add(std::fabs(double{g.opacity} * std::exp(-0.5 * double{p * p + q * q}) - right), 0);
+                    ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
+                });
+    CHECK(naive.max_error() > 1e-2);
+    CHECK(ours.max_error() <= 1e-2);
+    stability::report(
+        {67, std::to_string(ours.size()) + " random splats", "conic in half: max " + number(naive.max_error()) + ", p99 " + number(naive.error(0.99)),
+         "max " + number(ours.max_error()) + ", p99 " + number(ours.error(0.99)) + " (Cholesky in half: max " + number(cholesky.max_error()) + ")",
+         "1e-2", true});
 }
 
 TEST_CASE("row 68: the power is not expanded in absolute pixels")
 {
-    support::Random random(68);
-    auto const camera = frame_1280();
-    std::vector<double> naive, ours;
-    std::uint32_t const n = support::fast() ? 4'000 : 40'000;
-    for (std::uint32_t i = 0; i < n; ++i) {
-        auto const g = sample(random, 2, 10, -4.0f, 0.7f);
-        auto const e = exact(g, camera);
-        auto const s = splat_of(g, camera);
-        float x, y;
-        if (!s.visible() || !pixel_near(e, camera, random, x, y)) continue;
-        double const truth = alpha_of(e, double{g.opacity}, double{x}, double{y});
-        // A x^2 + B x y + C y^2 + D x + E y + F, coefficients rounded once.
-        double const xx = e.yy / e.det, xy = -e.xy / e.det, yy = e.xx / e.det;
-        double const mx = e.x + double{camera.cx}, my = e.y + double{camera.cy};
-        auto const f = [](double v) { return static_cast<float>(v); };
-        float const a = f(-0.5 * xx), b = f(-xy), c = f(-0.5 * yy), d = f(xx * mx + xy * my), h = f(yy * my + xy * mx),
-                    k = f(-0.5 * (xx * mx * mx + yy * my * my) - xy * mx * my);
-        float const px = x + camera.cx, py = y + camera.cy;
-        float const power = a * px * px + b * px * py + c * py * py + d * px + h * py + k;
-        naive.push_back(std::fabs(double{g.opacity} * std::min(1.0, std::exp(double{power})) - truth));
-        ours.push_back(std::fabs(double{alpha_at(s, x, y)} - truth));
-    }
-    REQUIRE(ours.size() > n / 4);
-    double const naive_max = percentile(naive, 1), ours_max = percentile(ours, 1);
-    CHECK(naive_max > 1e-4);
-    CHECK(ours_max <= 1e-4);
+    auto const camera = plain_camera();
+    Spread naive, ours;
+    each_sample(support::fast() ? 4'000 : 40'000, 68, 2, 10, -4, 0.7f,
+                [&](Gaussian const& g, Truth<double> const& e, Splat const& s, float x, float y) {
+                    double const right = e.alpha_at(double{x}, double{y});
+                    // A x^2 + B x y + C y^2 + D x + E y + F, coefficients rounded once.
+                    double const xx = e.c / e.determinant, xy = -e.b / e.determinant, yy = e.a / e.determinant;
+                    double const mx = e.x + double{camera.cx}, my = e.y + double{camera.cy};
+                    auto const f = [](double v) { return static_cast<float>(v); };
+                    float const a = f(-0.5 * xx), b = f(-xy), c = f(-0.5 * yy), d = f(xx * mx + xy * my), h = f(yy * my + xy * mx),
+                                k = f(-0.5 * (xx * mx * mx + yy * my * my) - xy * mx * my);
+                    float const px = x + camera.cx, py = y + camera.cy;
+                    float const power = a * px * px + b * px * py + c * py * py + d * px + h * py + k;
+                    naive.add(std::fabs(double{g.opacity} * std::min(1.0, std::exp(double{power})) - right), 0);
+                    ours.add(std::fabs(double{alpha_at(s, x, y)} - right), 0);
+                });
+    CHECK(naive.max_error() > 1e-4);
+    CHECK(ours.max_error() <= 1e-4);
     stability::report({68, std::to_string(ours.size()) + " random splats",
-                       "expanded: median " + number(percentile(naive, 0.5)) + ", max " + number(naive_max),
-                       "median " + number(percentile(ours, 0.5)) + ", max " + number(ours_max), "1e-4", true});
+                       "expanded: median " + number(naive.error(0.5)) + ", max " + number(naive.max_error()),
+                       "median " + number(ours.error(0.5)) + ", max " + number(ours.max_error()), "1e-4", true});
 }
 
 TEST_CASE("row 69: the transmittance is a float")
@@ -274,8 +218,7 @@ TEST_CASE("row 69: the transmittance is a float")
     CHECK(std::fabs(double{naive} - truth) > 1e-5);
     CHECK(thin == 1.0f); // lost altogether
     CHECK(std::fabs(ours - truth) <= 1e-5);
-    stability::report({69, "500 layers of 0.004",
-                       number(double{naive}) + " for " + number(truth) + "; alpha of 2.4e-4 is lost",
+    stability::report({69, "500 layers of 0.004", number(double{naive}) + " for " + number(truth) + "; alpha of 2.4e-4 is lost",
                        "off by " + number(std::fabs(ours - truth)), "1e-5", true});
 }
 
@@ -314,8 +257,7 @@ TEST_CASE("row 70: poses are absolute: a million frames later the picture is whe
     for (std::uint32_t frame = 1; frame <= marks.back(); ++frame) {
         float next[3][3];
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                next[i][j] = turn[i][0] * naive[0][j] + turn[i][1] * naive[1][j] + turn[i][2] * naive[2][j];
+            for (int j = 0; j < 3; ++j) next[i][j] = turn[i][0] * naive[0][j] + turn[i][1] * naive[1][j] + turn[i][2] * naive[2][j];
         std::copy(&next[0][0], &next[0][0] + 9, &naive[0][0]);
         if (std::find(marks.begin(), marks.end(), frame) == marks.end()) continue;
         double const angle = step * frame;
@@ -331,6 +273,6 @@ TEST_CASE("row 70: poses are absolute: a million frames later the picture is whe
     }
     CHECK(naive_off > 0.01);
     CHECK(ours_off <= 0.01);
-    stability::report({70, "R <- dR R for 1e4, 1e5, 1e6 frames of 0.1 degrees", naive_text + " px",
-                       number(ours_off) + " px (absolute poses)", "0.01 px", true});
+    stability::report(
+        {70, "R <- dR R for 1e4, 1e5, 1e6 frames of 0.1 degrees", naive_text + " px", number(ours_off) + " px (absolute poses)", "0.01 px", true});
 }

@@ -116,6 +116,30 @@ float log_of(double sigma)
 {
     return float(std::log(sigma));
 }
+std::array<Rules, 2> both_footprints()
+{
+    std::array<Rules, 2> both;
+    both[1].footprint = Footprint::three_sigma_square;
+    return both;
+}
+/// The covariance on the screen that a splat stands for.
+struct Screen {
+    double a, b, c, determinant;
+    explicit Screen(Splat const& s)
+        : a(-0.5 / double(s.along)), b(double(s.slope) * a), c((-0.5 * a / double(s.across) + b * b) / a), determinant(-0.5 * a / double(s.across))
+    {}
+};
+void turn_about_z(Gaussian& g, float half_angle)
+{
+    g.rotation[0] = std::cos(half_angle);
+    g.rotation[3] = std::sin(half_angle);
+}
+naive::Splat without_near_plane(Gaussian const& g, Camera const& c)
+{
+    naive::Variant variant;
+    variant.near_plane = false;
+    return naive::project(g, c, variant);
+}
 /// Is alpha the opacity in every part of the frame?
 bool covers_frame(Splat const& s, Camera const& c, float opacity, double tolerance)
 {
@@ -155,9 +179,8 @@ double not_orthogonal(float const (&q)[4])
             g.log_scale[axis] = 0;
             auto const s = our_splat(g, c, rules);
             if (!s.visible()) return std::numeric_limits<double>::infinity();
-            double const a = -0.5 / double(s.along);
-            diagonal += a - double(rules.dilation);
-            beside += double(s.slope) * a;
+            diagonal += Screen(s).a - double(rules.dilation);
+            beside += Screen(s).b;
         }
         worst = std::max({worst, std::fabs(diagonal), std::fabs(beside)});
     }
@@ -184,8 +207,7 @@ double turned_box_error(float const (&q)[4])
     auto const s = our_splat(g, c, uncut());
     double worst = 0;
     for (std::uint32_t y = 340; y < 430; y += 3)
-        for (std::uint32_t x = 640; x < 740; x += 3)
-            worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, y)) - true_alpha(t, c, x, y)));
+        for (std::uint32_t x = 640; x < 740; x += 3) worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, y)) - true_alpha(t, c, x, y)));
     return worst;
 }
 
@@ -227,9 +249,8 @@ TEST_CASE("row 4: nor does an exact determinant under a conic")
     CHECK(c.ours.max_rho() <= 4);
     CHECK(c.naive_positive > 0);
     CHECK(c.naive.max_rho() > 4);
-    report({4, "as row 2; naive with the exact determinant",
-            found(c.naive) + ", exponent above 0 in " + percent(c.naive_positive), found(c.ours) + ", never above 0",
-            "exponent <= 0", true});
+    report({4, "as row 2; naive with the exact determinant", found(c.naive) + ", exponent above 0 in " + percent(c.naive_positive),
+            found(c.ours) + ", never above 0", "exponent <= 0", true});
 }
 
 TEST_CASE("row 5: a conic with correctly rounded entries against the LDL^T form of the same")
@@ -254,15 +275,14 @@ TEST_CASE("row 5: a conic with correctly rounded entries against the LDL^T form 
             double const on = double(random.uniform(-640, 640)), off = double(random.uniform(-1.5f, 1.5f));
             float const dx = float(on * p - off * q), dy = float(on * q + off * p);
             double const right = std::exp(t.power_at(double(dx), double(dy)));
-            worst_conic =
-                std::max(worst_conic, std::fabs(double(std::exp(std::min(0.0f, naive::power(k, dx, dy)))) - right));
+            worst_conic = std::max(worst_conic, std::fabs(double(std::exp(std::min(0.0f, naive::power(k, dx, dy)))) - right));
             worst_ours = std::max(worst_ours, std::fabs(double(tilemesh::splat::alpha_at(s, dx, dy)) - right));
         }
     }
     CHECK(worst_ours <= 1e-4);
     CHECK(worst_conic > 1e-4);
-    report({5, "1000 x 0.55 px, entries correctly rounded", "alpha off by " + number(worst_conic),
-            "alpha off by " + number(worst_ours), "1e-4", true});
+    report(
+        {5, "1000 x 0.55 px, entries correctly rounded", "alpha off by " + number(worst_conic), "alpha off by " + number(worst_ours), "1e-4", true});
 }
 
 TEST_CASE("row 6: discs")
@@ -295,8 +315,8 @@ TEST_CASE("row 8: an ordinary scene")
     });
     CHECK(c.ours.max_error() <= 1e-5);
     CHECK(c.naive.max_error() > 1e-5);
-    report({8, "z 2 to 10, sigma 0.02 to 1.6", "alpha off by " + number(c.naive.max_error()),
-            "alpha off by " + number(c.ours.max_error()), "1e-5", true});
+    report({8, "z 2 to 10, sigma 0.02 to 1.6", "alpha off by " + number(c.naive.max_error()), "alpha off by " + number(c.ours.max_error()), "1e-5",
+            true});
 }
 
 TEST_CASE("row 9 does not apply")
@@ -355,9 +375,7 @@ TEST_CASE("row 12: the short axis of a splat of 5000 by 0.55 pixels")
     c.fx = c.fy = 5000;
     for (int n = 0; n < samples; ++n) {
         Gaussian g = gaussian(0, 0, 1, 0, point, point);
-        float const turn = random.uniform(0, 3.14159f);
-        g.rotation[0] = std::cos(turn);
-        g.rotation[3] = std::sin(turn);
+        turn_about_z(g, random.uniform(0, 3.14159f));
         auto const t = truth<double>(g, c, Rules{});
         auto const smallest = [](double a, double b, double cc, double determinant) {
             return determinant / ((a + cc) / 2 + std::hypot((a - cc) / 2, b));
@@ -365,8 +383,8 @@ TEST_CASE("row 12: the short axis of a splat of 5000 by 0.55 pixels")
         double const right = smallest(t.a, t.b, t.c, t.determinant);
         auto const s = our_splat(g, c, Rules{});
         REQUIRE(s.visible());
-        double const a = -0.5 / double(s.along), b = double(s.slope) * a, determinant = -0.5 * a / double(s.across);
-        worst_ours = std::max(worst_ours, std::fabs(smallest(a, b, (determinant + b * b) / a, determinant) / right - 1));
+        Screen const screen(s);
+        worst_ours = std::max(worst_ours, std::fabs(smallest(screen.a, screen.b, screen.c, screen.determinant) / right - 1));
         auto const theirs = naive::covariance_screen(naive::covariance_world(g), c, {0, 0, 1}, 1.3f, 0.3f);
         double const lambda = double(naive::smallest_eigenvalue(theirs, naive::determinant(theirs)));
         negative += lambda < 0 ? 1 : 0;
@@ -374,8 +392,7 @@ TEST_CASE("row 12: the short axis of a splat of 5000 by 0.55 pixels")
     }
     CHECK(worst_ours <= 8 * u);
     CHECK(worst_naive > 1);
-    report({12, "5000 x 0.55 px, any direction",
-            "lambda_min off by x" + number(worst_naive) + ", negative in " + percent(double(negative) / samples),
+    report({12, "5000 x 0.55 px, any direction", "lambda_min off by x" + number(worst_naive) + ", negative in " + percent(double(negative) / samples),
             "off by " + number(worst_ours), "8u", true});
 }
 
@@ -390,9 +407,7 @@ TEST_CASE("row 13: three sigma that are a whole number of pixels")
             c.cx = c.cy = 2048.5f;
             c.fx = c.fy = sigma;
             Gaussian g = gaussian(0, 0, 1, 0, -1, -1);
-            float const turn = random.uniform(0, 3.14159f);
-            g.rotation[0] = std::cos(turn);
-            g.rotation[3] = std::sin(turn);
+            turn_about_z(g, random.uniform(0, 3.14159f));
             Rules rules;
             rules.dilation = 0;
             rules.footprint = Footprint::three_sigma_square;
@@ -423,8 +438,7 @@ TEST_CASE("row 13: three sigma that are a whole number of pixels")
     CHECK(outside == 0);
     CHECK(inside > 0);
     report({13, "sigma 1, 10, 300 px, turned", "ceil(3 sigma) one more in " + percent(double(naive_up) / samples),
-            "one more in " + percent(double(ours_up) / samples) + ", never less; no visible pixel outside", "superset",
-            false});
+            "one more in " + percent(double(ours_up) / samples) + ", never less; no visible pixel outside", "superset", false});
 }
 
 TEST_CASE("row 14: variances whose squares overflow")
@@ -434,11 +448,7 @@ TEST_CASE("row 14: variances whose squares overflow")
     float const scale = float(0.5 * std::log(2e19));
     Gaussian g = gaussian(0, 0, 1, scale, scale, scale);
     g.opacity = 0.7f;
-    for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Rules rules;
-        rules.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u));
-    }
+    for (auto const& rules : both_footprints()) CHECK(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u));
     auto const screen = naive::covariance_screen(naive::covariance_world(g), c, {0, 0, 1}, 1.3f, 0.3f);
     float const mid = 0.5f * (screen.a + screen.c), inner = mid * mid - naive::determinant(screen);
     CHECK(std::isnan(inner));
@@ -457,9 +467,7 @@ TEST_CASE("row 15: no eigenvectors, no 0/0")
     float const x = 0, y = float(t.a) - float(t.a), length = std::sqrt(x * x + y * y);
     CHECK(std::isnan(x / length));
     CHECK(std::isnan(y / length));
-    for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Rules rules;
-        rules.footprint = footprint;
+    for (auto const& rules : both_footprints()) {
         auto const s = our_splat(g, c, rules);
         CHECK(s.visible());
         CHECK(s.slope == 0.0f);
@@ -482,8 +490,7 @@ TEST_CASE("row 16: a quaternion of zeros is refused and counted")
     Gaussian loaded{};
     CHECK(load_row({0, 0, 2, 0, 0, 0, 1, -3, -3, -3, 0, 0, 0, 0}, loaded) != nullptr);
     std::string text = "ply\nformat ascii 1.0\nelement vertex 3\n";
-    for (auto const& name : tilemesh::scene::detail::needed_properties)
-        text += "property float " + std::string(name) + "\n";
+    for (auto const& name : tilemesh::scene::detail::needed_properties) text += "property float " + std::string(name) + "\n";
     text += "end_header\n0 0 2 0 0 0 1 -3 -3 -3 1 0 0 0\n0 0 2 0 0 0 1 -3 -3 -3 0 0 0 0\n0 0 3 0 0 0 1 -3 -3 -3 0 0 0 1\n";
     std::istringstream file(text);
     auto const map = tilemesh::scene::read_ply(file, "three.ply");
@@ -537,9 +544,8 @@ TEST_CASE("row 19: quaternions that are not normalised")
     }
     CHECK(ours <= 1e-6);
     for (double e : theirs) CHECK(e > 1e-6);
-    report({19, "norm of q 1.001, 1.01, 2",
-            "R R^T - I " + number(theirs[0]) + ", " + number(theirs[1]) + ", " + number(theirs[2]), number(ours), "1e-6",
-            true});
+    report({19, "norm of q 1.001, 1.01, 2", "R R^T - I " + number(theirs[0]) + ", " + number(theirs[1]) + ", " + number(theirs[2]), number(ours),
+            "1e-6", true});
 }
 
 TEST_CASE("row 20: scales whose square or fourth power overflows")
@@ -549,11 +555,7 @@ TEST_CASE("row 20: scales whose square or fourth power overflows")
     for (float scale : {22.2f, 44.4f, 88.0f, 88.8f}) {
         Gaussian g = gaussian(0.6f, 0.6f, 2, scale, scale, scale);
         g.opacity = 0.7f;
-        for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-            Rules rules;
-            rules.footprint = footprint;
-            CHECK_MESSAGE(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u), "log scale ", scale);
-        }
+        for (auto const& rules : both_footprints()) CHECK_MESSAGE(covers_frame(our_splat(g, c, rules), c, g.opacity, 4 * u), "log scale ", scale);
         auto const n = naive::project(g, c);
         bad += std::isfinite(n.determinant) && std::isfinite(naive::alpha_at(n, 3, 3)) ? 0 : 1;
         // One such axis, and two.
@@ -575,8 +577,7 @@ TEST_CASE("row 20: scales whose square or fourth power overflows")
     CHECK(needles.ours.max_rho() <= 4);
     CHECK(needles.ours_dropped == 0);
     report({20, "log scale 22.2, 44.4, 88.8", "determinant or alpha not finite",
-            "opacity all over the frame; needles to e^30: rho " + number(needles.ours.max_rho()), "finite; rho <= 4",
-            true});
+            "opacity all over the frame; needles to e^30: rho " + number(needles.ours.max_rho()), "finite; rho <= 4", true});
 }
 
 TEST_CASE("row 21: scales whose square or fourth power is zero")
@@ -592,8 +593,7 @@ TEST_CASE("row 21: scales whose square or fourth power is zero")
         CHECK(std::fabs(s.along / want.along - 1) <= 1e-6f);
         CHECK(std::fabs(s.across / want.across - 1) <= 1e-6f);
         auto const t = truth<double>(g, c, Rules{});
-        for (std::uint32_t x = 643; x < 648; ++x)
-            worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, 363)) - true_alpha(t, c, x, 363)));
+        for (std::uint32_t x = 643; x < 648; ++x) worst = std::max(worst, std::fabs(double(our_alpha(s, c, x, 363)) - true_alpha(t, c, x, 363)));
         CHECK(naive::project(g, c).determinant > 0);
         // Without dilation nothing keeps the determinant positive: invisible, not NaN.
         Rules bare;
@@ -601,8 +601,7 @@ TEST_CASE("row 21: scales whose square or fourth power is zero")
         CHECK(finite_alpha(our_splat(g, c, bare), c));
     }
     CHECK(worst <= 1e-5);
-    report({21, "log scale -26, -43.7, -52", "a point; the dilation saves it", "a point, alpha off by " + number(worst),
-            "finite", false});
+    report({21, "log scale -26, -43.7, -52", "a point; the dilation saves it", "a point, alpha off by " + number(worst), "finite", false});
 }
 
 TEST_CASE("row 22: a size of zero and an opacity of 0 or 1 are values")
@@ -622,8 +621,7 @@ TEST_CASE("row 22: a size of zero and an opacity of 0 or 1 are values")
     CHECK(g.opacity == 0.0f);
     CHECK_FALSE(our_splat(g, plain_camera(), Rules{}).visible());
     CHECK(load_row({0, 0, 2, 0, 0, 0, 1, infinity, -3, -3, 1, 0, 0, 0}, g) != nullptr); // an infinite size is not valid
-    report({22, "log scale -inf, logit +-inf", "a filter of finite rows drops them", "loaded: size 0, opacity 0 or 1",
-            "exact", true});
+    report({22, "log scale -inf, logit +-inf", "a filter of finite rows drops them", "loaded: size 0, opacity 0 or 1", "exact", true});
 }
 
 TEST_CASE("row 23 does not apply")
@@ -636,15 +634,12 @@ TEST_CASE("row 24: at the camera")
     Camera c = plain_camera();
     Gaussian const g = gaussian(1e-11f, 1e-11f, 1e-10f, log_of(0.01), log_of(0.01), log_of(0.01));
     CHECK_FALSE(our_splat(g, c, Rules{}).visible());
-    naive::Variant variant;
-    variant.near_plane = false;
-    auto const n = naive::project(g, c, variant);
+    auto const n = without_near_plane(g, c);
     CHECK(std::isnan(n.determinant));
     CHECK(n.drawn); // NaN <= 0 is false
     c.near_depth = 0;
     CHECK(finite_alpha(our_splat(g, c, Rules{}), c));
-    report({24, "z = 1e-10, sigma 0.01", "determinant NaN passes det <= 0", "culled; finite without a near plane", "culled",
-            true});
+    report({24, "z = 1e-10, sigma 0.01", "determinant NaN passes det <= 0", "culled; finite without a near plane", "culled", true});
 }
 
 TEST_CASE("row 25: a radius beyond the integers")
@@ -652,19 +647,12 @@ TEST_CASE("row 25: a radius beyond the integers")
     Camera c = plain_camera();
     c.near_depth = 0;
     Gaussian const g = gaussian(0, 0, 1e-8f, log_of(0.0123), log_of(0.0123), log_of(0.0123));
-    for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Rules rules;
-        rules.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
-    }
-    naive::Variant variant;
-    variant.near_plane = false;
-    auto const n = naive::project(g, c, variant);
+    for (auto const& rules : both_footprints()) CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
+    auto const n = without_near_plane(g, c);
     float const radius = 3.0f * std::sqrt(n.screen.a);
     CHECK(radius > 2147483648.0f);
     CHECK(naive::to_int(radius) < 0);
-    report({25, "z = 1e-8", "radius " + number(double(radius)) + " px does not fit an int", "the whole frame", "defined",
-            true});
+    report({25, "z = 1e-8", "radius " + number(double(radius)) + " px does not fit an int", "the whole frame", "defined", true});
 }
 
 TEST_CASE("row 26: visible iff z > near")
@@ -682,15 +670,12 @@ TEST_CASE("row 26: visible iff z > near")
 TEST_CASE("row 27: behind the camera")
 {
     Camera const c = plain_camera();
-    naive::Variant variant;
-    variant.near_plane = false;
     Gaussian const small = gaussian(0.1f, 0.1f, -1, -3, -3, -3), large = gaussian(0.1f, 0.1f, -0.01f, 1, 1, 1);
-    CHECK(naive::alpha_at(naive::project(small, c, variant), 540, 260) > 0.9f); // mirrored
-    CHECK(naive::alpha_at(naive::project(large, c, variant), 640, 360) > 0.9f); // all over the frame
+    CHECK(naive::alpha_at(without_near_plane(small, c), 540, 260) > 0.9f); // mirrored
+    CHECK(naive::alpha_at(without_near_plane(large, c), 640, 360) > 0.9f); // all over the frame
     CHECK_FALSE(our_splat(small, c, Rules{}).visible());
     CHECK_FALSE(our_splat(large, c, Rules{}).visible());
-    report({27, "z = -1; z = -0.01 and sigma 2.7", "without a near plane a mirrored splat, a flash", "culled",
-            "no contribution", true});
+    report({27, "z = -1; z = -0.01 and sigma 2.7", "without a near plane a mirrored splat, a flash", "culled", "no contribution", true});
 }
 
 TEST_CASE("row 28: a mean at the camera centre")
@@ -704,8 +689,7 @@ TEST_CASE("row 28: a mean at the camera centre")
         c.near_depth = near_depth;
         auto const s = our_splat(g, c, Rules{});
         CHECK_FALSE(s.visible());
-        for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth(), s.faintest})
-            CHECK(std::isfinite(v));
+        for (float v : {s.mean_px[0], s.mean_px[1], s.along, s.slope, s.across, s.depth(), s.faintest}) CHECK(std::isfinite(v));
     }
     // And just in front of it, if the colour depends on the direction.
     tilemesh::splat::ShadedGaussian<3> shaded{};
@@ -755,8 +739,7 @@ TEST_CASE("row 30: coordinates far from the origin")
             random_rotation(turn, random);
             auto const r = rotation_of<double>(turn.rotation);
             float const z = random.uniform(2, 10);
-            double const view[3] = {double(random.uniform(-0.6f, 0.6f) * z), double(random.uniform(-0.35f, 0.35f) * z),
-                                    double(z)};
+            double const view[3] = {double(random.uniform(-0.6f, 0.6f) * z), double(random.uniform(-0.35f, 0.35f) * z), double(z)};
             Gaussian g = gaussian(0, 0, 0, -3, -3, -3);
             for (std::size_t i = 0; i < 3; ++i) {
                 c.position[i] = random.uniform(0.5f, 1) * std::pow(10.0f, float(4 + magnitude));
@@ -772,15 +755,13 @@ TEST_CASE("row 30: coordinates far from the origin")
             if (!s.visible()) continue; // the grid of floats at 1e7 is a metre: some leave the frame
             worst_ours = std::max(worst_ours, std::hypot(double(s.mean_px[0]) - t.x, double(s.mean_px[1]) - t.y));
             auto const v = naive::view_point(c, g.mean_world);
-            worst[magnitude] =
-                std::max(worst[magnitude], std::hypot(double(c.fx * v.x / v.z) - t.x, double(c.fy * v.y / v.z) - t.y));
+            worst[magnitude] = std::max(worst[magnitude], std::hypot(double(c.fx * v.x / v.z) - t.x, double(c.fy * v.y / v.z) - t.y));
         }
     CHECK(worst_ours <= 1e-3);
     CHECK(worst[2] > 1);
     for (double e : worst) CHECK(e > 1e-3);
     report({30, "coordinates 1e4, 1e5, 1e6, 1e7; W p + t",
-            "mean off by " + number(worst[0]) + ", " + number(worst[1]) + ", " + number(worst[2]) + ", " +
-                number(worst[3]) + " px",
+            "mean off by " + number(worst[0]) + ", " + number(worst[1]) + ", " + number(worst[2]) + ", " + number(worst[3]) + " px",
             number(worst_ours) + " px at every magnitude", "1e-3 px", true});
 }
 
@@ -792,12 +773,10 @@ TEST_CASE("row 31: coordinates that a float cannot hold lose their offset before
     double const offset[3] = {5.5e6, 4.5e5, 5.1e6};
     double ours = 0, direct = 0;
     for (int n = 0; n < 1000; ++n) {
-        double const local[3] = {double(random.uniform(-3, 3)), double(random.uniform(-2, 2)),
-                                 double(random.uniform(9, 11))};
+        double const local[3] = {double(random.uniform(-3, 3)), double(random.uniform(-2, 2)), double(random.uniform(9, 11))};
         double const right[2] = {1000 * local[0] / local[2], 1000 * local[1] / local[2]};
         auto const error = [&](double const(&shift)[3]) {
-            double const at[3] = {local[0] + offset[0] - shift[0], local[1] + offset[1] - shift[1],
-                                  local[2] + offset[2] - shift[2]};
+            double const at[3] = {local[0] + offset[0] - shift[0], local[1] + offset[1] - shift[1], local[2] + offset[2] - shift[2]};
             Gaussian g{};
             REQUIRE(load_row({at[0], at[1], at[2], 0, 0, 0, 5, -3, -3, -3, 1, 0, 0, 0}, g) == nullptr);
             Camera c = plain_camera();
@@ -833,24 +812,20 @@ TEST_CASE("row 32: one Gaussian at 7e8 does not spoil the order of the others")
         items.push_back({truth<double>(g, c, Rules{}).depth, n});
         keys.push_back({s.depth_key, tilemesh::splat::GaussianId{n}, n});
     }
-    std::sort(items.begin(), items.end(),
-              [](Item const& a, Item const& b) { return a.depth != b.depth ? a.depth < b.depth : a.id < b.id; });
+    std::sort(items.begin(), items.end(), [](Item const& a, Item const& b) { return a.depth != b.depth ? a.depth < b.depth : a.id < b.id; });
     tilemesh::splat::detail::heap_sort(keys.data(), std::uint32_t(keys.size()));
     std::uint32_t ours_wrong = 0, naive_ties = 0;
     auto const range_key = [&](Item const& i) { // 16 bits over the range of depths
-        return static_cast<std::uint32_t>((i.depth - items.front().depth) / (items.back().depth - items.front().depth) *
-                                          65535);
+        return static_cast<std::uint32_t>((i.depth - items.front().depth) / (items.back().depth - items.front().depth) * 65535);
     };
     for (std::size_t i = 0; i < items.size(); ++i) {
         ours_wrong += items[i].id != static_cast<std::uint32_t>(keys[i].id) ? 1 : 0;
-        if (i > 0 && items[i].depth > items[i - 1].depth)
-            naive_ties += range_key(items[i]) == range_key(items[i - 1]) ? 1 : 0;
+        if (i > 0 && items[i].depth > items[i - 1].depth) naive_ties += range_key(items[i]) == range_key(items[i - 1]) ? 1 : 0;
     }
     CHECK(ours_wrong == 0);
     CHECK(naive_ties > 4900);
-    report({32, "5000 depths 1 to 10, two of 5.3e8 and 7e8",
-            std::to_string(naive_ties) + " false ties of 16-bit keys over the range", "0 out of order", "order kept",
-            true});
+    report({32, "5000 depths 1 to 10, two of 5.3e8 and 7e8", std::to_string(naive_ties) + " false ties of 16-bit keys over the range",
+            "0 out of order", "order kept", true});
 }
 
 TEST_CASE("row 33: the Jacobian's clamp is a knob, and does nothing inside the frustum")
@@ -911,9 +886,7 @@ TEST_CASE("row 34: the clamp turns a needle far off the axis")
     c.cx = 640 - 10000;
     c.cy = 360 - 3000;
     Gaussian const g = gaussian(10, 3, 1, point, point, log_of(0.1)); // along z: points at the principal point
-    auto const degrees = [](double a, double b, double cc) {
-        return 0.5 * std::atan2(2 * b, a - cc) * 180 / 3.14159265358979;
-    };
+    auto const degrees = [](double a, double b, double cc) { return 0.5 * std::atan2(2 * b, a - cc) * 180 / 3.14159265358979; };
     double const right = std::atan2(3, 10) * 180 / 3.14159265358979;
     double found[3];
     for (int off = 0; off < 3; ++off) {
@@ -922,8 +895,8 @@ TEST_CASE("row 34: the clamp turns a needle far off the axis")
         if (off == 1) rules.jacobian_limit = 0;
         auto const s = our_splat(g, c, rules);
         REQUIRE(s.visible());
-        double const a = -0.5 / double(s.along), b = double(s.slope) * a, determinant = -0.5 * a / double(s.across);
-        found[off] = degrees(a, b, (determinant + b * b) / a);
+        Screen const screen(s);
+        found[off] = degrees(screen.a, screen.b, screen.c);
         auto const t = truth<double>(g, c, rules);
         CHECK(std::fabs(found[off] - degrees(t.a, t.b, t.c)) < 0.01);
     }
@@ -931,11 +904,10 @@ TEST_CASE("row 34: the clamp turns a needle far off the axis")
     double const naive_turn = std::fabs(degrees(double(n.screen.a), double(n.screen.b), double(n.screen.c)) - right);
     CHECK(std::fabs(found[1] - right) < 0.1);
     CHECK(naive_turn > 0.1);
-    CHECK(std::fabs(found[0] - right) > 12); // the trainers' bound, which knows no principal point
+    CHECK(std::fabs(found[0] - right) > 12);  // the trainers' bound, which knows no principal point
     CHECK(std::fabs(found[2] - right) < 0.1); // the default's bound follows the picture
     report({34, "mean (10, 3, 1), needle along z", "turned by " + number(naive_turn) + " degrees",
-            "knob off: " + number(std::fabs(found[1] - right)) + "; the default's bound follows the picture",
-            "0.1 degrees", true});
+            "knob off: " + number(std::fabs(found[1] - right)) + "; the default's bound follows the picture", "0.1 degrees", true});
 }
 
 TEST_CASE("row 35: what the linearised projection itself is off by")
@@ -950,9 +922,8 @@ TEST_CASE("row 35: what the linearised projection itself is off by")
     CHECK(std::fabs(std::sqrt(double(n.screen.a) - 0.3) / 250 - 1) < 1e-6);
     CHECK(samples / ours > 1.02);
     CHECK(samples / ours < 1.04);
-    report({35, "sigma 0.5 at z 2, on the axis", "250 px",
-            number(ours) + " px where samples take " + number(samples) + ": the model's error", "1e-6 of the formula",
-            false});
+    report({35, "sigma 0.5 at z 2, on the axis", "250 px", number(ours) + " px where samples take " + number(samples) + ": the model's error",
+            "1e-6 of the formula", false});
 }
 
 TEST_CASE("row 36 does not apply")
@@ -965,11 +936,7 @@ TEST_CASE("row 37: a radius of 3e9 pixels covers the frame")
     Camera c = plain_camera();
     c.fx = c.fy = 1;
     Gaussian g = gaussian(0, 0, 1, log_of(1e9), log_of(1e9), log_of(1e9));
-    for (auto footprint : {Footprint::opacity_box, Footprint::three_sigma_square}) {
-        Rules rules;
-        rules.footprint = footprint;
-        CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
-    }
+    for (auto const& rules : both_footprints()) CHECK(covers_frame(our_splat(g, c, rules), c, 1, 4 * u));
     // The canonical rectangle of 16-pixel tiles: the radius is an int.
     float const mean = 640;
     int const radius = naive::to_int(3e9f), columns = 1280 / 16;
@@ -998,8 +965,7 @@ void counters_suffice(Rules const& m, tilemesh::splat::Sizes const& sizes)
     constexpr std::uint64_t end = std::uint64_t{1} << 32;
     CHECK(std::uint64_t{sizes.storage} * most_blocks(sizes.tile_pixels) < end);
     // An upper bound for the terms of a pixel: each leaves at most 1 - alpha_min of its transmittance.
-    auto const terms =
-        static_cast<std::uint64_t>(std::log(double(m.transmittance_min)) / std::log1p(-double(m.alpha_min))) + 2;
+    auto const terms = static_cast<std::uint64_t>(std::log(double(m.transmittance_min)) / std::log1p(-double(m.alpha_min))) + 2;
     CHECK(std::min<std::uint64_t>(terms, sizes.storage) * sizes.tile_pixels < end);
 }
 } // namespace
@@ -1007,8 +973,7 @@ void counters_suffice(Rules const& m, tilemesh::splat::Sizes const& sizes)
 TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 64 bits")
 {
     using tilemesh::report::FrameReport;
-    static_assert(std::is_same_v<decltype(FrameReport::pairs), std::uint64_t> &&
-                  std::is_same_v<decltype(FrameReport::copies), std::uint64_t> &&
+    static_assert(std::is_same_v<decltype(FrameReport::pairs), std::uint64_t> && std::is_same_v<decltype(FrameReport::copies), std::uint64_t> &&
                   std::is_same_v<decltype(FrameReport::messages), std::uint64_t>);
     std::uint64_t const copies = std::uint64_t{1491309} * 1440; // 1,491,308 are the last that fit
     CHECK(static_cast<std::int32_t>(static_cast<std::uint32_t>(copies)) < 0);
@@ -1028,8 +993,7 @@ TEST_CASE("row 38: 1.5 million full-screen splats on 1,440 tiles are counted in 
     suffice(tilemesh::splat::Paper{});
     suffice(tilemesh::splat::Prototype{});
     suffice(tilemesh::splat::Lossless{}, roomy(tilemesh::splat::Lossless::sizes)); // no machine of SRAM: with the model's own alpha_min
-    report({38, "1,491,309 full-screen splats x 1,440 tiles", "a 32-bit count is negative",
-            "64 bits; no tile's own count overflows", "exact", true});
+    report({38, "1,491,309 full-screen splats x 1,440 tiles", "a 32-bit count is negative", "64 bits; no tile's own count overflows", "exact", true});
 }
 
 TEST_CASE("a needle of any length along the ray is the point that it looks like from its end")
@@ -1041,7 +1005,8 @@ TEST_CASE("a needle of any length along the ray is the point that it looks like 
         g.mean_world[2] = 3;
         g.log_scale[2] = log_scale;
         g.log_scale[0] = g.log_scale[1] = -8.0f;
-        auto const s = tilemesh::splat::project(g, tilemesh::splat::make_view(camera, tilemesh::splat::Rules{}), tilemesh::splat::make_tiling(64, 64, 16, 16));
+        auto const s =
+            tilemesh::splat::project(g, tilemesh::splat::make_view(camera, tilemesh::splat::Rules{}), tilemesh::splat::make_tiling(64, 64, 16, 16));
         INFO("log scale ", log_scale);
         REQUIRE(s.visible());
         CHECK(s.along == doctest::Approx(-0.5 / (0.3 + std::pow(1000.0 / 3 * std::exp(-8.0), 2))));

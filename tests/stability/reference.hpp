@@ -121,8 +121,7 @@ T true_alpha(Truth<T> const& t, Camera const& c, std::uint32_t x, std::uint32_t 
 
 /// Pixels at the mean, within 1 sigma, at 1.5 sigma, at the edge, and two on the ridge where it crosses the frame. Pixels outside the frame
 /// are moved to its border. `moved`: the worst of `trials` changes of all inputs at once, with random signs.
-inline Sample make_sample(Gaussian const& g, Camera const& camera, Rules const& rules, support::Random& random,
-                          int trials = 24)
+inline Sample make_sample(Gaussian const& g, Camera const& camera, Rules const& rules, support::Random& random, int trials = 24)
 {
     Sample s{};
     s.g = g;
@@ -176,10 +175,7 @@ public:
         max_rho_ = std::max(max_rho_, rho);
         max_error_ = std::max(max_error_, error);
     }
-    void add(Sample const& s, std::size_t pixel, float alpha)
-    {
-        add(std::fabs(double(alpha) - s.alpha[pixel]), s.moved[pixel]);
-    }
+    void add(Sample const& s, std::size_t pixel, float alpha) { add(std::fabs(double(alpha) - s.alpha[pixel]), s.moved[pixel]); }
 
     std::size_t size() const { return rhos_.size(); }
     double max_rho() const { return max_rho_; }

@@ -1,6 +1,5 @@
 // test: optimised, without test, needs data, cost 30
 #include "machines.hpp"
-#include "naive_kernel.hpp"
 #include "../splat/support.hpp"
 #include <glm/matrix.hpp>
 #include <tilemesh/scene/built_in.hpp>
@@ -12,34 +11,16 @@
 // Frame after frame on one renderer: after any camera path, a frame equals the frame of a new renderer at the same pose.
 using namespace tilemesh;
 using namespace tilemesh::splat;
+using stability::finite;
 using stability::Kind;
 using stability::Runner;
+using stability::same_picture;
 
 namespace {
 
 /// One block of compositing each: 5 x 12 tiles for 80 x 45 pixels.
 RendererOptions const small_tiles{.tile = {16, 4}};
 
-bool finite(std::vector<float> const& values)
-{
-    // The exponent is all ones. Integers are compared, because this runs for every pixel of every frame.
-    return std::none_of(values.begin(), values.end(),
-                        [](float v) { return (__builtin_bit_cast(std::uint32_t, v) & 0x7f800000u) == 0x7f800000u; });
-}
-bool finite(RenderedFrame const& f)
-{
-    return finite(f.image.rgb) && finite(f.depth.values) && finite(f.alpha.values);
-}
-bool same_bits(std::vector<float> const& a, std::vector<float> const& b)
-{
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
-}
-/// Colour, depth and alpha.
-bool same_picture(RenderedFrame const& a, RenderedFrame const& b)
-{
-    return a.image.width == b.image.width && same_bits(a.image.rgb, b.image.rgb) && same_bits(a.depth.values, b.depth.values) &&
-           same_bits(a.alpha.values, b.alpha.values);
-}
 bool lacks_nothing(report::FrameReport const& r)
 {
     return r.lost.empty() && r.lost_copies == 0 && r.late_copies == 0 && r.gaussians.dropped == 0 && r.gaussians.unplaced == 0 &&
@@ -148,7 +129,7 @@ void play(Sequence const& s, Kind kind, RendererOptions const& options, std::siz
         not_finite += finite(frame) ? 0 : 1;
         not_counted += gaussians.visible + gaussians.parked == ids.size() ? 0 : 1;
         if (k > 0) moved += gaussians.moved;
-        still += same_bits(last.rgb, frame.image.rgb) ? 1 : 0;
+        still += stability::same_bits(last.rgb, frame.image.rgb) ? 1 : 0;
         last = frame.image;
         if ((k + 1) % step != 0) continue;
         INFO("frame ", k);
@@ -221,8 +202,7 @@ public:
         CHECK(owned.size() + frame.report.gaussians.dropped == ids_.size());
         return frame;
     }
-    template <class Cameras>
-    void frames(Cameras const& cameras)
+    void frames(std::vector<Camera> const& cameras)
     {
         for (Camera const& c : cameras) (void)frame(c);
     }
@@ -253,7 +233,7 @@ Camera desk_camera()
     return scene::built_in_camera({96, 54});
 }
 /// The camera moved by (x, y, z) along its own axes, then turned about its vertical axis.
-Camera moved(Camera const& from, double x, double y, double z, double degrees = 0)
+Camera camera_moved(Camera const& from, double x, double y, double z, double degrees = 0)
 {
     auto pose = scene::pose_of(from);
     pose.position += glm::transpose(pose.rotation) * glm::dvec3{x, y, z};
@@ -261,6 +241,22 @@ Camera moved(Camera const& from, double x, double y, double z, double degrees = 
     pose.rotation = scene::rotation_matrix(std::cos(half), 0, std::sin(half), 0) * pose.rotation;
     return scene::make_camera(pose, scene::lens_of(from));
 }
+/// A film that begins at home.
+struct Desk : Film {
+    Camera const home = desk_camera();
+    RenderedFrame const picture = frame(home);
+
+    explicit Desk(RendererOptions const& options = small_tiles) : Film(Kind::roomy, mixed_map(), options) {}
+    Camera moved(double x, double y, double z, double degrees = 0) const { return camera_moved(home, x, y, z, degrees); }
+    /// Renders the cameras, then home, which must be as before.
+    RenderedFrame there_and_back(std::vector<Camera> const& cameras)
+    {
+        frames(cameras);
+        auto again = frame(home);
+        CHECK(same_picture(again, picture));
+        return again;
+    }
+};
 /// Turned about its line of sight.
 Camera rolled(Camera const& from, double degrees)
 {
@@ -280,51 +276,43 @@ double lit(RenderedFrame const& f)
 
 TEST_CASE("jumps: far away and back, through the scene, inside it, behind it")
 {
-    Film film(Kind::roomy, mixed_map(), small_tiles);
-    auto const home = desk_camera();
-    auto const picture = film.frame(home);
-    CHECK(lit(picture) > 1000);
+    Desk film;
+    CHECK(lit(film.picture) > 1000);
     for (double far : {10.0, 1e3, 1e6, 1e12}) {
         INFO("by ", far);
-        (void)film.frame(moved(home, 0, 0, -far));
-        CHECK(same_picture(film.frame(home), picture));
-        (void)film.frame(moved(home, far, 0, 0));
-        (void)film.frame(moved(home, 0, -far, far, 180));
-        CHECK(same_picture(film.frame(home), picture));
+        film.there_and_back({film.moved(0, 0, -far)});
+        film.there_and_back({film.moved(far, 0, 0), film.moved(0, -far, far, 180)});
     }
-    // Straight through and out behind; then from there back towards it, and home.
-    for (int k = 0; k <= 12; ++k) (void)film.frame(moved(home, 0, 0, 0.15 * k));
-    for (int k = 0; k < 4; ++k) (void)film.frame(moved(home, 0, 0, 0.9, 90.0 * k));
-    (void)film.frame(moved(home, 0, 0, 3, 180));
-    CHECK(same_picture(film.frame(home), picture));
-    // Anywhere, looking anywhere.
+    std::vector<Camera> through, anywhere; // straight through and out behind; then from there back towards it
+    for (int k = 0; k <= 12; ++k) through.push_back(film.moved(0, 0, 0.15 * k));
+    for (int k = 0; k < 4; ++k) through.push_back(film.moved(0, 0, 0.9, 90.0 * k));
+    through.push_back(film.moved(0, 0, 3, 180));
+    film.there_and_back(through);
     support::Random random(5);
-    auto const anywhere = [&] { return double{random.uniform(-3, 3)}; };
-    for (int k = 0; k < (support::fast() ? 10 : 40); ++k)
-        (void)film.frame(rolled(moved(home, anywhere(), anywhere(), anywhere(), 60 * anywhere()), 60 * anywhere()));
-    CHECK(same_picture(film.frame(home), picture));
+    auto const any = [&] { return double{random.uniform(-3, 3)}; };
+    for (int k = 0; k < (support::fast() ? 10 : 40); ++k) anywhere.push_back(rolled(film.moved(any(), any(), any(), 60 * any()), 60 * any()));
+    film.there_and_back(anywhere);
 }
 
 TEST_CASE("a view that repeats sends nothing, and one that comes back is the same")
 {
-    Film film(Kind::roomy, mixed_map(), small_tiles);
-    auto const home = desk_camera(), aside = moved(home, 0.1, -0.05, 0.02, 2);
-    auto const picture = film.frame(home);
+    Desk film;
+    auto const aside = film.moved(0.1, -0.05, 0.02, 2);
     for (int k = 0; k < 50; ++k) {
-        auto const again = film.runner().render(home);
+        auto const again = film.runner().render(film.home);
         CHECK(again.report.messages == 0);
         CHECK(again.report.hops == 0);
         CHECK(again.report.gaussians.moved == 0);
         CHECK(again.report.exchanges.total() == 0);
         CHECK(again.report.exchanged_live_bytes == 0);
-        CHECK(same_picture(again, picture));
+        CHECK(same_picture(again, film.picture));
     }
     // To and fro: from the second time on, all numbers are periodic, including every counter.
     report::FrameReport first[2];
     auto const other = film.frame(aside);
     for (int k = 0; k < 200; ++k) {
-        auto const frame = film.runner().render(k % 2 == 0 ? home : aside);
-        CHECK(same_picture(frame, k % 2 == 0 ? picture : other));
+        auto const frame = film.runner().render(k % 2 == 0 ? film.home : aside);
+        CHECK(same_picture(frame, k % 2 == 0 ? film.picture : other));
         if (k < 2) first[k] = frame.report;
         auto const& expected = first[k % 2];
         CHECK(frame.report.messages == expected.messages);
@@ -334,26 +322,13 @@ TEST_CASE("a view that repeats sends nothing, and one that comes back is the sam
         CHECK(lacks_nothing(frame.report));
     }
     CHECK(first[0].gaussians.moved > 100);
-    CHECK_FALSE(same_picture(picture, other));
-    (void)film.frame(home);
-}
-
-TEST_CASE("gaps: a path of which frames are missing")
-{
-    auto const map = mixed_map();
-    auto const path = scene::orbit(desk_camera(), scene::robust_centre(map), 0.5, 720);
-    Film film(Kind::roomy, map, small_tiles);
-    support::Random random(6);
-    std::uint32_t frames = 0;
-    for (std::uint32_t at = 0; at < path.size(); at += 1 + (random.below(3) == 0 ? random.below(support::fast() ? 300 : 60) : 0), ++frames)
-        if (frames < (support::fast() ? 15 : 60)) (void)film.frame(path[at]);
+    CHECK_FALSE(same_picture(film.picture, other));
+    film.there_and_back({});
 }
 
 TEST_CASE("poses beyond all bounds and with nothing in sight: a black picture, and everything is still there")
 {
-    Film film(Kind::roomy, mixed_map(), small_tiles);
-    auto const home = desk_camera();
-    auto const picture = film.frame(home);
+    Desk film;
     auto const nothing = [&](Camera const& c) {
         auto const frame = film.frame(c);
         CHECK(frame.report.gaussians.visible == 0);
@@ -362,102 +337,91 @@ TEST_CASE("poses beyond all bounds and with nothing in sight: a black picture, a
         CHECK(std::all_of(frame.image.rgb.begin(), frame.image.rgb.end(), [](float v) { return v == 0; }));
         CHECK(std::all_of(frame.depth.values.begin(), frame.depth.values.end(), [](float v) { return v == 0; }));
     };
-    nothing(moved(home, 0, 0, -60, 180)); // looks the other way
-    nothing(moved(home, 0, 0, 1e6));
-    CHECK(same_picture(film.frame(home), picture));
-    for (float end : {1e6f, 1e20f, 1e30f, std::numeric_limits<float>::max()})
-        for (int axis = 0; axis < 3; ++axis)
-            for (float sign : {-1.0f, 1.0f}) {
-                auto c = home;
-                c.position[axis] = sign * end;
-                (void)film.frame(c);
-            }
-    auto away = home;
+    nothing(film.moved(0, 0, -60, 180)); // looks the other way
+    nothing(film.moved(0, 0, 1e6));
+    film.there_and_back({});
+    std::vector<Camera> ends(24, film.home);
+    float const far[] = {1e6f, 1e20f, 1e30f, std::numeric_limits<float>::max()};
+    for (std::size_t i = 0; i < ends.size(); ++i) ends[i].position[i / 2 % 3] = i % 2 == 0 ? -far[i / 6] : far[i / 6];
+    film.frames(ends);
+    auto away = film.home, nearest = film.home;
     away.position[2] = std::numeric_limits<float>::max();
     nothing(away);
-    auto nearest = home;
     nearest.near_depth = 1e30f;
     nothing(nearest);
-    CHECK(same_picture(film.frame(home), picture));
+    film.there_and_back({});
 }
 
 TEST_CASE("roll, zoom, near plane, principal point, rules and size may change from frame to frame")
 {
-    Film film(Kind::roomy, mixed_map(), small_tiles);
-    auto const home = desk_camera();
-    auto const picture = film.frame(home);
-    for (double degrees : {180.0, 90.0, 270.0, 1.0, 181.0}) (void)film.frame(rolled(home, degrees));
-    (void)film.frame(home);
-
-    for (float zoom : {1.1f, 4.0f, 50.0f, 1e4f, 1e5f, 0.5f, 0.1f, 2e-3f}) { // as far as check_camera lets it go
-        auto c = home;
-        c.fx *= zoom;
-        c.fy *= zoom;
-        (void)film.frame(c);
-        c.fy = home.fy; // stretched
-        (void)film.frame(c);
-    }
-    (void)film.frame(home);
-
-    for (float near_depth : {0.01f, 1.0f, 1.3f, 1e-30f, 3.0f, 0.2f}) {
-        auto c = home;
-        c.near_depth = near_depth;
-        (void)film.frame(c);
-    }
+    Desk film;
+    std::vector<Camera> rolls, zooms, others;
+    for (double degrees : {180.0, 90.0, 270.0, 1.0, 181.0}) rolls.push_back(rolled(film.home, degrees));
+    film.there_and_back(rolls);
+    for (float zoom : {1.1f, 4.0f, 50.0f, 1e4f, 1e5f, 0.5f, 0.1f, 2e-3f}) // as far as check_camera lets it go
+        for (bool stretched : {false, true}) {
+            zooms.push_back(film.home);
+            zooms.back().fx *= zoom;
+            if (!stretched) zooms.back().fy *= zoom;
+        }
+    film.there_and_back(zooms);
+    for (float near_depth : {0.01f, 1.0f, 1.3f, 1e-30f, 3.0f, 0.2f}) others.push_back(film.home), others.back().near_depth = near_depth;
     for (float offset : {-30.0f, 1000.0f, 0.25f, 1.6e7f}) {
-        auto c = home;
-        c.cx += offset;
-        c.cy -= offset;
-        (void)film.frame(c);
+        others.push_back(film.home);
+        others.back().cx += offset;
+        others.back().cy -= offset;
     }
-    CHECK(same_picture(film.frame(home), picture));
+    film.there_and_back(others);
 
     auto const rules = film.rules();
     film.rules().footprint = Footprint::three_sigma_square;
-    CHECK_FALSE(same_picture(film.frame(home), picture));
+    CHECK_FALSE(same_picture(film.frame(film.home), film.picture));
     film.rules().dilation = 3;
-    (void)film.frame(home);
+    (void)film.frame(film.home);
     film.rules() = rules;
     film.rules().alpha_min = 0.1f;
     film.rules().alpha_max = 0.99f;
-    (void)film.frame(home);
+    (void)film.frame(film.home);
     film.rules() = rules;
     film.rules().jacobian_limit = 0;
-    (void)film.frame(home);
+    (void)film.frame(film.home);
     film.rules() = rules;
-    CHECK(same_picture(film.frame(home), picture));
-}
-
-TEST_CASE("the size may change from frame to frame, on a grid that follows it and on one that stays")
-{
-    for (auto const& options : {small_tiles, RendererOptions{.grid = {6, 9}}}) {
+    film.there_and_back({});
+    for (auto const& options : {small_tiles, RendererOptions{.grid = {6, 9}}}) { // a grid that follows the size, and one that stays
         INFO("grid ", options.grid.width);
-        Film film(Kind::roomy, mixed_map(), options);
-        auto const home = desk_camera();
-        auto const picture = film.frame(home);
+        Desk sized(options);
+        std::vector<Camera> sizes;
         for (auto const& size : {scene::Size{96, 55}, {160, 90}, {1, 1}, {17, 70}, {64, 3}, {200, 40}})
-            (void)film.frame(scene::resized(home, size.width, size.height));
-        CHECK(same_picture(film.frame(home), picture));
+            sizes.push_back(scene::resized(sized.home, size.width, size.height));
+        sized.there_and_back(sizes);
     }
 }
 
-TEST_CASE("a camera that is refused changes nothing")
+TEST_CASE("a camera or rules that are refused change nothing")
 {
-    Film film(Kind::roomy, mixed_map(), small_tiles);
-    auto const home = desk_camera();
-    auto const picture = film.frame(home);
-    for (float bad : {0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN()})
-        for (int field = 0; field < 3; ++field) {
-            auto c = home;
-            (field == 0 ? c.fx : field == 1 ? c.fy : c.near_depth) = bad;
-            CHECK_THROWS_AS((void)film.runner().render(c), Error);
+    Desk film;
+    auto const refused = [&](Camera const& c) { CHECK_THROWS_AS((void)film.runner().render(c), Error); };
+    auto const unchanged = [&] { CHECK(film.there_and_back({}).report.messages == 0); };
+    float const not_a_number = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    for (float bad : {0.0f, -1.0f, not_a_number})
+        for (float Camera::*const field : {&Camera::fx, &Camera::fy, &Camera::near_depth}) {
+            auto c = film.home;
+            c.*field = bad;
+            refused(c);
         }
-    auto c = home;
-    c.width = 0;
-    CHECK_THROWS_AS((void)film.runner().render(c), Error);
-    auto const again = film.frame(home);
-    CHECK(same_picture(again, picture));
-    CHECK(again.report.messages == 0);
+    auto none = film.home;
+    none.width = 0;
+    refused(none);
+    unchanged();
+    for (float Rules::*const field : {&Rules::alpha_min, &Rules::alpha_max, &Rules::transmittance_min, &Rules::dilation})
+        for (float bad : {-1e-45f, -1e10f, -infinity, not_a_number}) {
+            INFO("value ", bad);
+            Rules const sound = film.rules();
+            film.rules().*field = bad;
+            refused(film.home);
+            film.rules() = sound;
+            unchanged();
+        }
 }
 
 TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture changes")
@@ -489,32 +453,6 @@ TEST_CASE("map and camera moved by 1e6 together: not a bit of the picture change
     CHECK(lit(near_by) > 1000);
     CHECK(same_picture(near_by, far_off));
     CHECK(near_by.report.messages == far_off.report.messages);
-
-    // The same camera at 1280 x 720, and the result of W p + t for it.
-    auto const shown = scene::resized(camera, 1280, 720), far_shown = scene::resized(far_camera, 1280, 720);
-    auto const view = make_view(shown, Rules{}), far_view = make_view(far_shown, Rules{});
-    auto const tiling = make_tiling(1280, 720, 1280, 720);
-    std::vector<double> off_by;
-    double ours = 0;
-    for (std::size_t k = 0; k < map.gaussians.size(); ++k) {
-        auto const s = project(map.gaussians[k], view, tiling);
-        if (!s.visible()) continue;
-        auto const t = project(far_map.gaussians[k], far_view, tiling);
-        ours = std::max(ours, std::hypot(double{s.mean_px[0]} - double{t.mean_px[0]}, double{s.mean_px[1]} - double{t.mean_px[1]}));
-        if (std::fabs(s.mean_px[0]) > 640 || std::fabs(s.mean_px[1]) > 360) continue;
-        auto const p = naive::view_point(far_shown, far_map.gaussians[k].mean_world);
-        if (p.z <= shown.near_depth) {
-            off_by.push_back(1e9); // not visible
-            continue;
-        }
-        off_by.push_back(std::hypot(double{shown.fx * p.x / p.z - s.mean_px[0]}, double{shown.fy * p.y / p.z - s.mean_px[1]}));
-    }
-    std::sort(off_by.begin(), off_by.end());
-    REQUIRE(off_by.size() > 100);
-    INFO("naive: median ", off_by[off_by.size() / 2], ", largest ", off_by.back(), " px");
-    CHECK(ours == 0);
-    CHECK(off_by[off_by.size() / 2] > 5);
-    CHECK(off_by.back() > 20);
 }
 
 TEST_CASE("drop under hostile motion: what the picture lacks is what the report lists, frame after frame")
@@ -533,10 +471,10 @@ TEST_CASE("drop under hostile motion: what the picture lacks is what the report 
     (void)show(home);
     for (int k = 0; k < 5; ++k) (void)show(home);
     for (auto const& c : hand_held(home, support::fast() ? 10 : 60, 3)) (void)show(c);
-    for (int k = 0; k < (support::fast() ? 10 : 200); ++k) (void)show(k % 2 == 0 ? home : moved(home, 0.1, 0, 0, 5));
-    for (int k = 0; k < 5; ++k) (void)show(moved(home, 0, 0, 0.3 * k, 70.0 * k));
-    (void)show(moved(home, 0, 0, -60, 180));
-    (void)show(moved(home, 1e30, 0, 0));
+    for (int k = 0; k < (support::fast() ? 10 : 200); ++k) (void)show(k % 2 == 0 ? home : camera_moved(home, 0.1, 0, 0, 5));
+    for (int k = 0; k < 5; ++k) (void)show(camera_moved(home, 0, 0, 0.3 * k, 70.0 * k));
+    (void)show(camera_moved(home, 0, 0, -60, 180));
+    (void)show(camera_moved(home, 1e30, 0, 0));
     (void)show(rolled(home, 180));
     auto wide = home;
     wide.fx = wide.fy = 0.1f;

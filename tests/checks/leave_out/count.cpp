@@ -1,5 +1,5 @@
 // What each feature takes of a tile, and of a frame: the built-in map at 1280 x 720 on 40 x 36 tiles of Mk2 (the last row: on one tile), a
-// cold start and the same view again. A line a setup: its name in setups.hpp, then the cells of leave_out_table.sh.
+// cold start and the same view again. A line a setup: its name in setups.hpp, what it is called, then the cells of leave_out_table.sh.
 #include "setups.hpp"
 #include <iostream>
 #include <tilemesh/basic_renderer.hpp>
@@ -19,7 +19,7 @@ std::uint64_t projections(Renderer& renderer)
 }
 
 template <class S>
-void row(char const* name, scene::Map const& map, RendererOptions const& options = {})
+void row(char const* name, char const* called, scene::Map const& map, RendererOptions const& options = {})
 {
     using Layout = Tile<typename S::Machine, splat::Frame<S>, S>;
     constexpr std::uint32_t slot = splat::slot_bytes(splat::setup_of<S>());
@@ -40,8 +40,8 @@ void row(char const* name, scene::Map const& map, RendererOptions const& options
                         projections(renderer),
                         still.pairs,
                         std::uint64_t{still.lost.size()}};
-    std::cout << name;
-    for (auto const cell : cells) std::cout << ' ' << report::thousands(cell);
+    std::cout << name << '|' << called;
+    for (auto const cell : cells) std::cout << '|' << report::thousands(cell);
     std::cout << std::endl;
 }
 } // namespace
@@ -49,15 +49,15 @@ void row(char const* name, scene::Map const& map, RendererOptions const& options
 int main()
 {
     auto const map = scene::built_in_map();
-    row<leave_out::minimal>("minimal", map);
-    row<leave_out::with_bloom>("with_bloom", map);
-    row<leave_out::with_routing>("with_routing", map);
-    row<leave_out::both>("both", map);
-    row<leave_out::degree_1>("degree_1", map);
-    row<leave_out::degree_2>("degree_2", map);
-    row<leave_out::degree_3>("degree_3", map);
-    row<leave_out::with_depth>("with_depth", map);
-    row<leave_out::with_alpha>("with_alpha", map);
-    row<leave_out::everything>("everything", map);
-    row<leave_out::one_tile>("one_tile", map, {.grid = {1, 1}});
+    row<leave_out::minimal>("minimal", "the least: one colour, one view", map);
+    row<leave_out::with_bloom>("with_bloom", "+ bloom (footprints span tiles)", map);
+    row<leave_out::with_routing>("with_routing", "+ routing (the view moves)", map);
+    row<leave_out::both>("both", "+ both: the default", map);
+    row<leave_out::degree_1>("degree_1", "default + harmonics of degree 1", map);
+    row<leave_out::degree_2>("degree_2", "default + harmonics of degree 2", map);
+    row<leave_out::degree_3>("degree_3", "default + harmonics of degree 3", map);
+    row<leave_out::with_depth>("with_depth", "default + depth", map);
+    row<leave_out::with_alpha>("with_alpha", "default + alpha", map);
+    row<leave_out::everything>("everything", "everything", map);
+    row<leave_out::one_tile>("one_tile", "the least on one tile", map, {.grid = {1, 1}});
 }
