@@ -239,7 +239,7 @@ TEST_CASE("programs that draw conics refuse a panorama, with a sentence")
     CHECK(said == "a panorama (this program of the tiles takes a Gaussian for a conic, which it is neither at a pole nor on both sides of the seam); "
                   "render it by exact rays: render_map --exact-rays, or splat::Exact");
     auto const other = tests::error_of([&] {
-        (void)Renderer{scene::built_in_map(), splat::lossless, {.program = report::Program::homes}}.render(camera);
+        (void)Renderer{scene::built_in_map(), {.program = report::Program::homes}}.render(camera);
     });
     CHECK(other.substr(0, 12) == "a panorama (");
 }
