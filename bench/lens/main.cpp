@@ -1,5 +1,6 @@
 // Lenses that bend: how far the conic of the lens's Jacobian is from exact rays, and what projection through a lens costs.
 #include "sequence.hpp"
+#include "tables.hpp"
 #include <algorithm>
 #include <cmath>
 #include <common/program.hpp>
@@ -24,7 +25,7 @@ using bench::fixed;
 struct Options : bench::Options {
     std::vector<std::string> scenes;
     std::uint32_t rounds = 15, threads = 2;
-    bool sequences = false;
+    bool sequences = false, frames = false, moments = false;
 };
 constexpr auto scene_words = shared::words_of(bench::scene_names);
 constexpr shared::Option<Options> rows[] = {
@@ -33,6 +34,8 @@ constexpr shared::Option<Options> rows[] = {
     shared::option<&Options::sequences>("sequences", "",
                                         "another table instead: 60 frames of 160 x 90 along fr1_xyz, as exact rays through a pinhole and the first "
                                         "lenses, tracked and mapped from nothing"),
+    shared::option<&Options::frames>("frames", "", "another table instead: frames through each lens, and by exact rays, over a frame through a pinhole"),
+    shared::option<&Options::moments>("moments", "", "another table instead: J's mean and covariance against 4,000 samples of each Gaussian"),
     shared::option<&Options::threads>("threads", "N", "threads of the exact rays [2]", {1, 64})};
 shared::OptionTable table_of(Options& own)
 {
@@ -96,7 +99,6 @@ int run_sequences(Options const& options)
         auto scene = bench::load_scene(name, options.data, {160, 90});
         double pinhole = 0;
         for (auto const& lens : lenses) {
-            if (scene::lens_of_text(lens.text).kind == splat::LensKind::fisheye) continue; // no slopes through it
             auto camera = scene::resized(through(lens, at_the_start(name, scene.camera), false), 160, 90);
             auto row = map_sequence({scene.map, camera}, options.data, options.quick ? 8 : 60, options.threads);
             if (pinhole == 0) pinhole = row.ate;
@@ -111,12 +113,44 @@ int run_sequences(Options const& options)
     return 0;
 }
 
+/// The tables that have a row for each scene and lens.
+int run_scenes(Options const& options)
+{
+    report::Table table = options.frames ? report::Table{{"scene", "lens", "pinhole, ms", "lens / pinhole", "exact rays / pinhole", "exact rays, lens / pinhole"}}
+                                         : report::Table{{"scene", "lens", "Gaussians", "centre p99, px", "covariance p99"}};
+    std::string csv = options.frames ? "scene,lens,pinhole_ms,lens,exact_pinhole,exact_lens\n" : "scene,lens,gaussians,centre_p99_px,covariance_p99\n";
+    for (auto const& name : options.scenes) {
+        if (!bench::has_scene(name, options.data)) {
+            bench::say_skipped(name);
+            continue;
+        }
+        auto const scene = bench::load_scene(name, options.data, {640, 480});
+        for (auto const& lens : lenses) {
+            auto const camera = through(lens, at_the_start(name, scene.camera), options.quick);
+            std::vector<std::string> row{name, lens.name};
+            if (options.frames) {
+                auto const t = time_frames(scene.map, camera, options.rounds, options.threads);
+                for (double const v : {t.pinhole_ms, t.lens, t.exact_pinhole, t.exact_lens}) row.push_back(fixed(v, 3));
+            } else {
+                auto const m = sample_moments(scene.map.gaussians, camera, options.quick ? 400 : 4000);
+                row.push_back(std::to_string(m.gaussians)), row.push_back(fixed(m.centre_px, 4)), row.push_back(fixed(m.covariance, 5));
+            }
+            for (std::size_t i = 0; i < row.size(); ++i) csv += row[i] + (i + 1 < row.size() ? "," : "\n");
+            table.add_row(row);
+        }
+    }
+    std::cout << table;
+    if (!options.csv.empty()) report::write_whole(options.csv, csv);
+    return 0;
+}
+
 int run(Options options)
 {
     bench::expect_folder_of(options.csv);
     if (options.quick) options.rounds = std::min(options.rounds, 3u);
     if (options.scenes.empty()) options.scenes = options.quick ? std::vector<std::string>{"built_in"} : std::vector<std::string>{"sloth", "salad", "built_in"};
     if (options.sequences) return run_sequences(options);
+    if (options.frames || options.moments) return run_scenes(options);
     std::vector<Row> out;
     bool broken = false;
     for (auto const& name : options.scenes) {

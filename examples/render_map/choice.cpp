@@ -1,4 +1,5 @@
 #include "choice.hpp"
+#include "exact_rays.hpp"
 #include "ranks.hpp"
 #include <tilemesh/splat/setup_types.hpp>
 #include <utility>
@@ -63,6 +64,7 @@ std::unique_ptr<tilemesh::Renderer> make_renderer(Choice const& choice, tilemesh
 {
     using tilemesh::report::Program;
     std::unique_ptr<tilemesh::Renderer> renderer;
+    if (choice.exact_rays) return std::make_unique<tilemesh::Renderer>(make_exact_rays(choice, map, options));
     if (ranks::number() > 1) {
         auto const within = options.program == Program::homes ? options : render::within(homes_of(choice, demand.sh_degree), options);
         auto const homes = [&choice, &demand, within](tilemesh::scene::Map const&) {

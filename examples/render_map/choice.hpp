@@ -29,6 +29,7 @@ struct Choice {
     EngineKind engine = EngineKind::threads;
     bool depth = false, alpha = false;
     bool trace = false; ///< run on a machine that keeps a trace
+    bool exact_rays = false; ///< in place of conics (exact_rays.hpp)
     bool stays_anchored = false; ///< the program of homes cannot take over: it is not asked for, or lacks an option
     bool fit = true;    ///< false: keep all parts of the preset, even if the scene does not need them
 

@@ -146,7 +146,7 @@ void compare_with_references(Options const& options, scene::Map const& map, spla
                              Progress const& progress, render_map::Frame& frame)
 {
     auto const error = [&](report::Cuts cuts) {
-        return report::compare(frame.rendered.image, render_map::reference_of(map, camera, rules, cuts, options.renderer.threads));
+        return report::compare(frame.rendered.image, render_map::reference_of(map, camera, rules, cuts, options.renderer.threads, options.choice.exact_rays));
     };
     progress.say_frame("reference 1 of 2");
     frame.entry.error = error(report::Cuts::none);

@@ -37,6 +37,7 @@ constexpr Option<Options> picture_rows[] = {
     option<&Options::reference>("reference", "", "compare with double precision, with and without cut-offs (slow)"),
     option<&Options::certify>("certify", "", "prove how far each picture is from the exact formula; with --float, also write the bounds"),
     option<&Options::bound>("bound", "", "bound each pixel's error on the tiles, too: frame_0000.bound.pfm (a second mesh)"),
+    option<&Options::choice, &Choice::exact_rays>("exact-rays", "", "draw Gaussians by exact rays, not as conics: those that are large and near, panoramas"),
     option<&Options::judge_scenes>("judge-scenes", "DIR", "write 12 small maps with bounding pictures, to judge other renderers; nothing else")};
 
 constexpr Word fits[] = {{"scene", true}, {"off", false}};
@@ -106,6 +107,12 @@ constexpr Pairing pairings[] = {
     {Pairing::needs, "cost-model", "trace", "cycles are modelled from a trace"},
     {Pairing::needs, "energy", "trace", "energy is counted from a trace"},
     {Pairing::needs, "follow", "trace", "what is followed is written beside a trace"},
+    {Pairing::excludes, "exact-rays", "bound", "the bound is that of conics"},
+    {Pairing::excludes, "exact-rays", "certify", "what is enclosed are conics"},
+    {Pairing::excludes, "exact-rays", "trace", "its mesh keeps no trace"},
+    {Pairing::excludes, "exact-rays", "preset", "it is a program with sizes of its own"},
+    {Pairing::excludes, "exact-rays", "program", "its program is anchored"},
+    {Pairing::excludes, "exact-rays", "footprint", "its footprint is the exact one"},
     {Pairing::excludes, "resume", "bound", "an earlier run has no bounds"},
     {Pairing::excludes, "resume", "certify", "an earlier run has no pictures of full precision to certify"},
     {Pairing::excludes, "resume", "trace", "the report of a trace needs every tile of every frame"},
@@ -150,6 +157,7 @@ void check_ranks(Options const& o)
     };
     if (o.choice.engine == EngineKind::sequential) refuse("--engine sequential", "that engine checks the memory of one process", "leave it out, or start one process");
     if (o.bound) refuse("--bound", "the bound's mesh has the whole map", "start one process");
+    if (o.choice.exact_rays) refuse("--exact-rays", "its mesh has the whole map", "start one process");
     if (o.choice.trace) refuse("--trace", "each process has the trace of its own tiles", "start one process");
 }
 
@@ -160,6 +168,9 @@ void check_together(Options const& o, OptionTable const& table)
     if (!o.cameras || o.orbit_degrees) table.require({Pairing::needs, "every", "trajectory", "it counts the poses of a trajectory, or the cameras of a file"});
     if (o.near_depth && o.renderer.quality == tilemesh::splat::Quality::training)
         throw Error("--near and --quality training are both given (the trainers' rasteriser has its near plane at 0.2); leave one of them out");
+    if (o.choice.exact_rays && (o.choice.engine == EngineKind::sequential || o.choice.machine == MachineKind::file))
+        throw Error("--exact-rays with " + std::string(o.choice.machine == MachineKind::file ? "the machine of a file" : "--engine sequential") +
+                    " (its program is built for threads, and for the machines mk2 and test); leave one of them out");
     if (o.error_picture && !o.photos && !o.compare)
         throw Error("--error-picture is given without --photos or --compare (it shows how two pictures differ); add one of them or leave it out");
     if (o.choice.engine == EngineKind::sequential && table.is_given("threads") && o.threads != 1)

@@ -7,8 +7,9 @@
 
 namespace render_map {
 
-/// The double-precision reference of the whole map, including records that the renderer left out.
+/// The double-precision reference of the whole map, including records that the renderer left out: of conics, or of exact rays.
 tilemesh::report::Image reference_of(tilemesh::scene::Map const& map, tilemesh::splat::Camera const& camera,
-                                     tilemesh::splat::Rules const& rules, tilemesh::report::Cuts cuts, unsigned threads);
+                                     tilemesh::splat::Rules const& rules, tilemesh::report::Cuts cuts, unsigned threads,
+                                     bool exact_rays = false);
 
 } // namespace render_map

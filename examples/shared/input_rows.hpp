@@ -30,13 +30,13 @@ inline constexpr Option<CameraInput> camera_rows[] = {
                                "it takes X,Y,Z, three numbers within 1e30 in world units"),
     option<&CameraInput::up>("up", "X,Y,Z", "the direction that is up in the map, as 0,1,0 [0,-1,0: y points down]", {-1e30, 1e30}, {}, "0,-1,0",
                              "it takes X,Y,Z, three numbers within 1e30 in world units"),
-    option<&CameraInput::fov>("fov", "DEGREES", "field of view from the left to the right border, {} [60]", {1, 350}, {}, "60",
+    option<&CameraInput::fov>("fov", "DEGREES", "field of view from the left to the right border, {} [60]", {1, 360}, {}, "60",
                               "a field of view is 1 to 179 degrees, through a fisheye to 350"),
     option<&CameraInput::size>("size", "WxH", "size in pixels [the camera's own, or 1280x720]", {1, 65535}, {}, "1280x720"),
     option<&CameraInput::scale>("scale", "N", "divide the sides of the cameras' pictures by N, as trainers do [1]", {1, 1024}),
     option<&CameraInput::near_depth>("near", "D", "the near plane, in world units [the file's; 0.2, or less near the scene]", {1e-30, 1e30}, {}, "0.01",
                                      "a near plane is a distance above 0, in world units"),
-    option<&CameraInput::bend>("lens", "KIND[,N...]", "the lens of all cameras: pinhole, opencv,k1,k2,p1,p2,..., fisheye,k1,..., fov,omega", {0, 255}, {},
+    option<&CameraInput::bend>("lens", "KIND[,N...]", "the lens of all cameras: opencv,k1,k2,p1,p2,..., fisheye,k1,..., fov,omega, equirectangular", {0, 255}, {},
                                "opencv,0.26,-0.95", "it takes a kind and coefficients with commas, as opencv,0.26,-0.95 or fisheye"),
     option<&CameraInput::ignores_distortion>("ignore-distortion", "", "take a lens with distortion for a pinhole, although its pictures are bent")};
 inline constexpr Pairing camera_pairings[] = {

@@ -127,9 +127,10 @@ glm::dvec3 up_of(CameraInput const& in)
 tilemesh::splat::Camera placed_camera(CameraInput const& in, MapShape const& map, scene::Size size, bool built_in)
 {
     auto const up = up_of(in);
-    auto const fov = in.fov.value_or(60.0);
     tilemesh::splat::Camera camera;
     auto const lens = in.bend.empty() ? tilemesh::splat::Lens{} : scene::lens_of_text(in.bend);
+    bool const panorama = lens.kind == tilemesh::splat::LensKind::equirectangular;
+    auto const fov = in.fov.value_or(panorama ? 360.0 : 60.0);
     bool const bends = lens.kind != tilemesh::splat::LensKind::pinhole;
     auto const with_lens = [&](tilemesh::splat::Camera made) {
         if (!bends && fov >= 180)
@@ -152,7 +153,7 @@ tilemesh::splat::Camera placed_camera(CameraInput const& in, MapShape const& map
         camera = scene::make_camera(scene::look_at(in_map(*in.from), target, -up), scene::lens_from_field_of_view(standing, size));
         camera = span(camera);
         if (!in.near_depth) camera.near_depth = map.near_plane(camera);
-    } else if (built_in && !in.up && !in.fov) {
+    } else if (built_in && !in.up && !in.fov && !panorama) {
         camera = with_lens(scene::built_in_camera(size));
     } else {
         camera = span(map.whole(size, up, standing));

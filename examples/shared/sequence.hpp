@@ -127,7 +127,7 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
 {
     if (!o.cameras) {
         FirstCamera placed{placed_camera(o, map, size, built_in)};
-        scene::check_no_fisheye(placed.camera, "a pose's derivative");
+        scene::check_no_panorama(placed.camera, "a pose's derivative");
         return placed;
     }
     FirstCamera out{};
@@ -158,7 +158,7 @@ inline FirstCamera first_camera(SequenceOptions const& o, std::vector<scene::Rgb
                    ", whose lens all pictures get"});
     out.camera = o.photos ? lens_of_pictures(chosen, size, o.cameras->filename().string(), notes)
                           : scene::resized(chosen.camera, size.width, size.height);
-    scene::check_no_fisheye(out.camera, "a pose's derivative");
+    scene::check_no_panorama(out.camera, "a pose's derivative");
     out.names_near = chosen.names_near;
     return out;
 }

@@ -317,7 +317,7 @@ TEST_CASE("a lens as a text: what is written is read, another text is refused by
     CHECK(scene::text_of(scene::lens_of_text("opencv,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8")) ==
           "opencv,0.100000001,0.200000003,0.300000012,0.400000006,0.5,0.600000024,0.699999988,0.800000012");
     auto const fault = [](char const* text) { return error_of([&] { scene::lens_of_text(text); }); };
-    CHECK(fault("fish") == "the lens \"fish\" (there is no such lens); write opencv,k1,k2,p1,p2,k3,k4,k5,k6 or fisheye,k1,k2,k3,k4 or fov,omega; "
+    CHECK(fault("fish") == "the lens \"fish\" (there is no such lens); write opencv,k1,k2,p1,p2,k3,k4,k5,k6 or fisheye,k1,k2,k3,k4 or fov,omega or equirectangular; "
                            "numbers at the end may be left out");
     CHECK(has(fault(""), "there is no such lens"));
     CHECK(has(fault("fov,1,2"), "it has at most 1 numbers"));

@@ -69,10 +69,12 @@ reference::Derivative by_templates(std::vector<Words<A>> const& splats, View con
     auto const& c = view.camera;
     auto const& m = view.rules;
     std::vector<std::array<pose::PowerMotion<A>, 6>> motions;
-    std::vector<std::array<Real, 2>> places; // of the means in view space
+    std::vector<std::array<Real, 3>> places; // of the means in view space, or the rays of a fisheye
     for (auto const& s : splats) {
         pose::detail::MotionBasis<A> const basis(s.moving, view);
-        places.push_back({basis.sx * s.moving.depth, basis.sy * s.moving.depth});
+        auto const& ray = basis.mean.ray;
+        if (basis.by_angle) places.push_back({ray.x, ray.y, ray.z});
+        else places.push_back({basis.sx * s.moving.depth, basis.sy * s.moving.depth, 1});
         motions.push_back(motions_of(basis));
     }
     reference::Derivative d;
@@ -85,13 +87,15 @@ reference::Derivative by_templates(std::vector<Words<A>> const& splats, View con
                 Real const dx = Real(x) + Real(0.5) - Real(c.cx) - s.mean_x, off = Real(y) + Real(0.5) - Real(c.cy) - s.mean_y - s.slope * dx;
                 Real const raw = splats[i].opacity * std::exp(s.along * dx * dx + s.across * off * off);
                 auto const& colour = splats[i].colour;
-                pose::MovingPaint<A> const paint{{colour[0], colour[1], colour[2]}, s.depth, places[i][0], places[i][1]};
+                pose::MovingPaint<A> const paint{{colour[0], colour[1], colour[2]}, s.depth, places[i][0], places[i][1], places[i][2]};
                 auto const motion = [&](auto j) { return motions[i][decltype(j)::value]; };
                 pose::blend_moving_pair<true, A>(p, std::min(raw, Real(m.alpha_max)), true, !(raw > Real(m.alpha_max)), dx, off, paint, motion, pose::AllMotions{});
             }
             Real const weight = 1 - p.t, depth = weight > 0 ? p.z / weight : 0;
-            Real const of_depth[6] = {pose::depth_motion<0>(p, weight, depth), pose::depth_motion<1>(p, weight, depth), pose::depth_motion<2>(p, weight, depth),
-                                      pose::depth_motion<3>(p, weight, depth), pose::depth_motion<4>(p, weight, depth), pose::depth_motion<5>(p, weight, depth)};
+            bool const angle = c.lens.kind == LensKind::fisheye;
+            Real const of_depth[6] = {
+                pose::depth_motion<0>(p, weight, depth, angle), pose::depth_motion<1>(p, weight, depth, angle), pose::depth_motion<2>(p, weight, depth, angle),
+                pose::depth_motion<3>(p, weight, depth, angle), pose::depth_motion<4>(p, weight, depth, angle), pose::depth_motion<5>(p, weight, depth, angle)};
             for (std::uint32_t j = 0; j < 6; ++j)
                 d[j].push_back({{p.dcolour[0][j], p.dcolour[1][j], p.dcolour[2][j]}, p.dt[j], weight > 0 ? of_depth[j] : 0});
         }
@@ -177,7 +181,8 @@ std::vector<Gaussian> away_from_limits(std::vector<Gaussian> order, reference::C
     std::erase_if(order, [&](Gaussian const& g) {
         reference::Splat s;
         reference::project(g, c, m, s);
-        bool const at_limit = c.bent.lens.kind == LensKind::pinhole
+        bool const at_limit = c.bent.lens.kind == LensKind::fisheye ? std::hypot(s.p[0], s.p[1]) < 1e-3 * s.z && s.p[2] < 0 // straight behind
+                              : c.bent.lens.kind == LensKind::pinhole
                                   ? std::fabs(std::fabs(s.u / c.fx) - c.limit_x) < 1e-3 || std::fabs(std::fabs(s.v / c.fy) - c.limit_y) < 1e-3
                                   : std::hypot(s.p[0], s.p[1]) > (double{c.bent.lens.limit} - 1e-3) * s.p[2]; // beyond it the Jacobian does not move
         return at_limit || s.z < c.near_depth + 1e-4;
@@ -213,8 +218,11 @@ TEST_CASE("pose motion: it agrees with central differences in double on hard sce
                            {"radial and tangential", {LensKind::opencv, {0.26f, -0.4f, 0.2f, 0, 0, 0}, {-0.0054f, 0.0026f}, 0, 0}, 1.3f, 0},
                            {"rational", {LensKind::opencv, {0.3f, -0.1f, 0.02f, 0.35f, -0.05f, 0.01f}, {0.001f, -0.002f}, 0, 0}, 1.3f, 0},
                            {"barrel", {LensKind::opencv, {-0.28f, 0.07f, 0, 0, 0, 0}, {}, 0, 0}, 1.3f, 0},
-                           {"fov", {LensKind::fov, {0.93f}, {}, 0, 0}, 1.3f, 0}}) {
+                           {"fov", {LensKind::fov, {0.93f}, {}, 0, 0}, 1.3f, 0},
+                           {"fisheye", {LensKind::fisheye, {-0.02f, 0.01f, -0.002f, 0.0003f}, {}, 0, 0}, 1.3f, 0}}) {
         auto camera = small_lens();
+        if (row.lens.kind == LensKind::fisheye) camera.fx *= 0.5f, camera.fy *= 0.5f; // it sees behind itself
+
         camera.lens = row.lens;
         auto rules = without_cuts();
         rules.jacobian_limit = row.limit;
@@ -311,7 +319,7 @@ TEST_CASE("pose motion: a pair that does not take part changes nothing, however 
     p.t = 0.5f;
     for (float& d : p.dt) d = 0.25f;
     auto const before = p;
-    pose::MovingPaint<F> const paint{{1, 1, 1}, 2, 1, 1};
+    pose::MovingPaint<F> const paint{{1, 1, 1}, 2, 1, 1, 1};
     auto const motion = [](auto) { return pose::PowerMotion<F>{1e30f, 1e30f, 1e30f, -1e30f, 1e30f}; };
     // Off the splat's reach the products overflow: infinity, or infinity minus infinity.
     pose::blend_moving_pair<true, F>(p, 0.5f, false, false, 1e12f, 1e12f, paint, motion, pose::AllMotions{});
@@ -376,7 +384,7 @@ std::uint32_t different_fields(Blended const& b, std::uint32_t k, std::uint32_t 
         float const raw = c.opacity[s] * e[0], alpha = std::min(raw, m.alpha_max);
         bool takes_part = covered && alpha >= m.alpha_min && p.t >= m.transmittance_min;
         if (Stop::drops_crossing && takes_part && p.t - alpha * p.t < m.transmittance_min) p.t = -p.t, takes_part = false;
-        pose::MovingPaint<F> const paint{{c.red[s], c.green[s], c.blue[s]}, c.depth[s], c.view_x[s], c.view_y[s]};
+        pose::MovingPaint<F> const paint{{c.red[s], c.green[s], c.blue[s]}, c.depth[s], c.view_x[s], c.view_y[s], c.ahead[s]};
         auto const motion = [&](auto j) {
             auto const& of = c.motion[decltype(j)::value];
             return pose::PowerMotion<F>{of[0][s], of[1][s], of[2][s], of[3][s], of[4][s]};
@@ -388,7 +396,7 @@ std::uint32_t different_fields(Blended const& b, std::uint32_t k, std::uint32_t 
         fields[4 + j] = p.dt[j], fields[31 + j] = p.dz[j];
         for (std::uint32_t v = 0; v < 3; ++v) fields[10 + 6 * v + j] = p.dcolour[v][j];
     }
-    fields[28] = p.z, fields[29] = p.x, fields[30] = p.y;
+    fields[28] = p.z, fields[29] = p.x, fields[30] = p.y, fields[37] = p.ahead;
     std::uint32_t different = 0;
     for (std::uint32_t f = 0; f < pose::MovingRow::fields; ++f) different += fields[f] == b.rows[k].field[f][i] ? 0 : 1;
     return different;

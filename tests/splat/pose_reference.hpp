@@ -92,6 +92,7 @@ inline bool place(std::array<double, 3> const& mean, std::array<double, 3> const
             axis[i] *= scale;
         }
         s.v1[k] = s.v2[k] = 0, s.u3[k] = axis[2];
+        if (c.bent.lens.kind == splat::LensKind::fisheye) s.u3[k] = (axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2]) / point.depth; // along the ray
         for (int i = 0; i < 3; ++i) s.v1[k] += jacobian[0][i] * axis[i], s.v2[k] += jacobian[1][i] * axis[i];
         s.a += s.v1[k] * s.v1[k], s.b += s.v1[k] * s.v2[k], s.c += s.v2[k] * s.v2[k];
     }
@@ -193,6 +194,7 @@ struct OneDouble {
     {
         return (... && m);
     }
+    static bool any(Mask m) noexcept { return m; }
     static Real select(Mask m, Real yes, Real no) noexcept { return m ? yes : no; }
     static Real magnitude(Real v) noexcept { return std::fabs(v); }
     static Real multiply_add(Real a, Real b, Real c) noexcept { return a * b + c; }

@@ -317,7 +317,7 @@ pose::CellRows rows_of(pose::MovingRow const& row, pose::detail::TargetRow const
 {
     pose::CellRows rows{};
     float const background[3] = {0.5f, 0.5f, 0.5f};
-    splat::detail::GivenSet<8>::call<pose::detail::MakeRows<true>>(row, target, background, r, rows);
+    splat::detail::GivenSet<8>::call<pose::detail::MakeRows<true>>(row, target, background, r, false, rows);
     return rows;
 }
 } // namespace

@@ -66,8 +66,8 @@ TILEMESH_HOST void check_workers(MachineSize const& machine, std::uint32_t most)
 
 /// Throws Error for a camera (scene::check_camera) or rules that no frame can be rendered with.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
-/// Throws Error for a lens that bends, where a program's tiles project through pinholes alone (splat::Pinhole).
-TILEMESH_HOST void check_pinhole(splat::Camera const& camera);
+/// Throws Error for a lens that a program's tiles do not know: any that bends, without `bends`; a panorama, without `exact_rays`.
+TILEMESH_HOST void check_lens(splat::Camera const& camera, bool bends, bool exact_rays);
 TILEMESH_HOST void check_rules(splat::Rules const& rules);
 
 } // namespace render

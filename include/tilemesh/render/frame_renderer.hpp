@@ -286,7 +286,7 @@ void FrameRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 {
     engine::Stopwatch const all;
     auto const view = host_.view_of(camera, rules_, [&](splat::View const& v) {
-        if constexpr (!Parameters::bends) check_pinhole(v.camera);
+        check_lens(v.camera, Parameters::bends, Parameters::exact_rays);
         views_.require(v);
     });
     prepare_for(camera.width, camera.height, &view);

@@ -301,7 +301,7 @@ void HomesRenderer<P, Engine, Machine>::render_into(splat::Camera const& camera,
 {
     engine::Stopwatch const all;
     auto const view = host_.view_of(camera, choice_.rules, [&](splat::View const& v) {
-        if constexpr (!Parameters::bends) check_pinhole(v.camera);
+        check_lens(v.camera, Parameters::bends, false);
         views_.require(v);
     });
     host_.begin_frame();

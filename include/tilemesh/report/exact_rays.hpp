@@ -74,6 +74,14 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
     // The picture's dilation, in space: h B B^T, with the pseudo-inverse B of the lens's Jacobian.
     Vector const j1{point.by[0][0], point.by[0][1], point.by[0][2]}, j2{point.by[1][0], point.by[1][1], point.by[1][2]};
     double const a = dot(j1, j1), b = dot(j1, j2), c = dot(j2, j2), determinant = a * c - b * b;
+    double opacity = double{g.opacity};
+    if (rules.coverage == splat::Coverage::preserved) { // as in splat::project: of the conic in the picture
+        auto const to = transpose(axes);
+        Vector const v1 = times(to, j1), v2 = times(to, j2), minor = cross(v1, v2);
+        double const h = double{rules.dilation}, sharp = dot(minor, minor), wide = sharp + h * (dot(v1, v1) + dot(v2, v2)) + h * h;
+        opacity = std::min(opacity, 1.0) * std::sqrt(std::max(sharp / wide, 0.000025));
+        if (!(opacity > alpha_min)) return false;
+    }
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
             auto const one = [&](std::size_t k) { return (j1[k] * c - j2[k] * b) / determinant; };
@@ -83,14 +91,14 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
     if (!whiten(covariance, out.whitening)) return false;
     out.mean = times(out.whitening, p);
     out.towards = times(transpose(out.whitening), out.mean);
-    out.most = 2 * std::log(double{g.opacity} / alpha_min);
+    out.most = 2 * std::log(opacity / alpha_min);
     // The Gaussian's ellipsoid lies in a ball of this radius: the largest eigenvalue of a covariance is below its trace.
     double const radius = std::sqrt(out.most * (covariance[0][0] + covariance[1][1] + covariance[2][2]));
     double const distance = std::sqrt(dot(p, p));
     out.direction = {p[0] / distance, p[1] / distance, p[2] / distance};
     out.sine = radius < distance ? radius / distance : 1;
     out.cosine = radius < distance ? std::sqrt(1 - out.sine * out.sine) : -1; // the camera may be in the ball: any ray
-    out.depth = point.depth, out.opacity = double{g.opacity}, out.colour = colour_seen(g, camera), out.id = g.id;
+    out.depth = point.depth, out.opacity = opacity, out.colour = colour_seen(g, camera), out.id = g.id;
     return std::isfinite(out.depth + out.most + dot(out.mean, out.mean));
 }
 

@@ -74,8 +74,8 @@ TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens);
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
 /// Throws `Error` for a camera whose lens bends the picture. `who`: what knows pinholes alone, as "a derivative".
 TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who);
-/// Throws `Error` for a fisheye. `who`: what knows pinholes and lenses of slopes (opencv, fov), as "a derivative".
-TILEMESH_HOST void check_no_fisheye(splat::Camera const& camera, char const* who);
+/// Throws `Error` for a panorama. `who`: what draws conics or derives them, as "a derivative".
+TILEMESH_HOST void check_no_panorama(splat::Camera const& camera, char const* who);
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
 /// outside (0, 180) or a side outside 1..65535.

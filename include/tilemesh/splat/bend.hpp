@@ -114,27 +114,52 @@ struct BentSlopes {
     }
 };
 
-/// The slopes whose place in the picture of a lens of slopes is u, v. Without its tangential part the distance rises with r, so Newton's
-/// method keeps between bounds; then it follows the tangential part from there. Cost: about 500 flops.
+/// The r in [0, most] at which a distance that rises with r is `distance`, by Newton's method between bounds. `at(r, value, slope)` gives the
+/// distance and its derivative. A lane ends when it moves no more, so its bits do not depend on the others.
+template <class A, class At>
+TILEMESH_KERNEL typename A::Real radius_at(typename A::Real const& distance, typename A::Real const& most, At const& at) noexcept
+{
+    using Real = typename A::Real;
+    Real low = A::all(0.0f), high = most, r = A::select(distance < most, distance, 0.5f * most);
+    auto moves = r >= low;
+    for (int i = 0; i < 16 && A::any(moves); ++i) {
+        Real value, slope;
+        at(r, value, slope);
+        Real const off = value - distance;
+        auto const above = off > A::all(0.0f);
+        low = A::select(above, low, r), high = A::select(above, r, high);
+        Real const newton = r - off / slope;
+        Real const next = A::select(A::every(newton >= low, newton <= high), newton, 0.5f * (low + high)); // false for NaN
+        auto const far = A::magnitude(next - r) > A::all(1e-7f) * r;
+        r = A::select(moves, next, r);
+        moves = A::every(moves, far);
+    }
+    return r;
+}
+
+/// The distance of a lens of slopes without its tangential part, by the length of the slopes.
+template <class A>
+struct DistanceOfSlopes {
+    Lens const& lens;
+    TILEMESH_KERNEL void operator()(typename A::Real const& r, typename A::Real& value, typename A::Real& slope) const noexcept
+    {
+        LensFactor<A> const at(lens, r * r);
+        value = r * at.factor, slope = A::multiply_add(2.0f * at.once, r * r, at.factor);
+    }
+};
+
+/// The slopes whose place in the picture of a lens of slopes is u, v. Without its tangential part the distance rises with r; then Newton's method
+/// follows the tangential part from there. Cost: about 200 flops.
 template <class A>
 TILEMESH_KERNEL void unbend(Lens const& lens, typename A::Real const& u, typename A::Real const& v, typename A::Real& x,
                             typename A::Real& y) noexcept
 {
     using Real = typename A::Real;
     Real const zero = A::all(0.0f), one = A::all(1.0f), most = A::all(lens.limit), distance = A::square_root(A::multiply_add(u, u, v * v));
-    LensFactor<A> const end(lens, most * most);
-    Real const end_distance = most * end.factor, end_slope = A::multiply_add(2.0f * end.once, most * most, end.factor);
-    auto const beyond = distance > end_distance;
-    Real low = zero, high = most, r = A::select(distance < most, distance, 0.5f * most);
-    for (int i = 0; i < 16; ++i) {
-        LensFactor<A> const at(lens, r * r);
-        Real const off = A::multiply_add(r, at.factor, -distance), slope = A::multiply_add(2.0f * at.once, r * r, at.factor);
-        auto const above = off > zero;
-        low = A::select(above, low, r), high = A::select(above, r, high);
-        Real const next = r - off / slope;
-        r = A::select(A::every(next >= low, next <= high), next, 0.5f * (low + high)); // false for NaN
-    }
-    r = A::select(beyond, most + (distance - end_distance) / end_slope, r);
+    DistanceOfSlopes<A> const of{lens};
+    Real end_distance, end_slope;
+    of(most, end_distance, end_slope);
+    Real const r = A::select(distance > end_distance, most + (distance - end_distance) / end_slope, radius_at<A>(distance, most, of));
     Real const scale = A::select(distance > zero, r / A::select(distance > zero, distance, one), one / LensFactor<A>(lens, zero).factor);
     x = u * scale, y = v * scale;
     if (lens.p[0] == 0 && lens.p[1] == 0) return;
@@ -164,6 +189,64 @@ private:
     TILEMESH_KERNEL static Real one_plus(Real const& s, float a, float b, float c, float d, Real const& one) noexcept
     {
         return A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(d), A::all(c)), A::all(b)), A::all(a)), one);
+    }
+};
+
+template <class A>
+struct DistanceOfAngle {
+    Lens const& lens;
+    TILEMESH_KERNEL void operator()(typename A::Real const& theta, typename A::Real& value, typename A::Real& slope) const noexcept
+    {
+        FisheyeDistance<A> const at(lens, theta);
+        value = theta * at.factor, slope = at.slope;
+    }
+};
+
+/// sin and cos of |x| <= pi; the errors are below 3e-7.
+template <class A>
+TILEMESH_KERNEL void sine_cosine(typename A::Real const& x, typename A::Real& sine, typename A::Real& cosine) noexcept
+{
+    using Real = typename A::Real;
+    Real const half = 0.5f * x, s = half * half;
+    Real sine_of_half = A::all(0.0f), cosine_of_half = A::all(0.0f);
+    for (float const term : sine_terms) sine_of_half = A::multiply_add(sine_of_half, s, A::all(term));
+    for (float const term : cosine_terms) cosine_of_half = A::multiply_add(cosine_of_half, s, A::all(term));
+    sine_of_half = half * sine_of_half;
+    sine = 2.0f * sine_of_half * cosine_of_half;
+    cosine = A::multiply_add(-2.0f * sine_of_half, sine_of_half, A::all(1.0f));
+}
+
+/// The ray through a place in the picture: u and v from the principal point, in focal lengths. Its z is 1, or its length where the lens sees behind
+/// the camera. `seen` is false where the lens shows nothing; the ray has no meaning there. `Optics`: Pinhole or AnyLens.
+template <class A, class Optics = AnyLens>
+struct LensRay {
+    using Real = typename A::Real;
+    Vector3<A> ray;
+    typename A::Mask seen;
+
+    TILEMESH_KERNEL LensRay(Camera const& c, Real const& u, Real const& v) noexcept : ray{u, v, A::all(1.0f)}, seen(u >= u)
+    {
+        if (!Optics::bends || c.lens.kind == LensKind::pinhole) return;
+        Real const zero = A::all(0.0f), one = A::all(1.0f);
+        if (c.lens.kind == LensKind::equirectangular) {
+            Real sine, cosine, flat;
+            sine_cosine<A>(u, sine, cosine);
+            sine_cosine<A>(v, ray.y, flat);
+            ray.x = flat * sine, ray.z = flat * cosine;
+            seen = A::every(A::magnitude(u) < A::all(3.1417f), A::magnitude(v) < A::all(1.5709f)); // pi and pi / 2, and their rounding
+        } else if (c.lens.kind == LensKind::fisheye) {
+            Real const distance = A::square_root(A::multiply_add(u, u, v * v)), most = A::all(c.lens.limit);
+            Real const theta = radius_at<A>(distance, most, DistanceOfAngle<A>{c.lens});
+            Real sine;
+            sine_cosine<A>(theta, sine, ray.z);
+            Real const outward = A::select(distance > zero, sine / A::select(distance > zero, distance, one), one);
+            ray.x = u * outward, ray.y = v * outward;
+            FisheyeDistance<A> const end(c.lens, most);
+            seen = distance < most * end.factor;
+        } else {
+            unbend<A>(c.lens, u, v, ray.x, ray.y);
+            if (c.lens.ends != 0) seen = A::multiply_add(ray.x, ray.x, ray.y * ray.y) < A::all(c.lens.limit * c.lens.limit);
+        }
     }
 };
 
@@ -256,8 +339,10 @@ template <class A>
 struct FisheyeCurvature {
     using Real = typename A::Real;
     Vector3<A> p, slope;
+    Real phi;
     Real a, b, c, zz; ///< of the second derivatives: a + b x^2, a + b y^2, zz on the diagonal; b x y, c x, c y beside it
 
+    FisheyeCurvature() noexcept = default;
     TILEMESH_KERNEL FisheyeCurvature(Lens const& lens, Vector3<A> const& at) noexcept : p(at)
     {
         float const* const k = lens.k;
@@ -269,18 +354,27 @@ struct FisheyeCurvature {
         Real const theta = of.theta, once = of.slope, s = theta * theta;
         Real const twice = theta * A::multiply_add(s, A::multiply_add(s, A::multiply_add(s, A::all(72 * k[3]), A::all(42 * k[2])), A::all(20 * k[1])),
                                                    A::all(6 * k[0]));
-        Real const safe = A::select(near, one, rho), per_rho = one / safe, per_rho2 = per_rho * per_rho, phi = theta * of.factor * per_rho;
-        Real const far_a = (once * p.z * per2 - phi) * per_rho2;
+        Real const safe = A::select(near, one, rho), per_rho = one / safe, per_rho2 = per_rho * per_rho, far_phi = theta * of.factor * per_rho;
+        Real const far_a = (once * p.z * per2 - far_phi) * per_rho2;
         Real const far_b = ((twice * p.z * p.z * per_rho - two * once * p.z) * per4 - A::all(3.0f) * far_a) * per_rho2;
         Real const far_c = (two * once - twice * p.z * per_rho) * per4;
         // phi = 1/z + c1 rho^2 / z^3 + c2 rho^4 / z^5
         float const c1 = k[0] - 1.0f / 3, c2 = k[1] - k[0] + 0.2f;
         Real const per_z = one / A::select(near, p.z, one), per_z2 = per_z * per_z, q2 = rho2 * per_z2, per_z3 = per_z2 * per_z;
+        phi = A::select(near, per_z * A::multiply_add(q2, A::multiply_add(q2, A::all(c2), A::all(c1)), one), far_phi);
         a = A::select(near, per_z3 * A::multiply_add(q2, A::all(4 * c2), A::all(2 * c1)), far_a);
         b = A::select(near, A::all(8 * c2) * (per_z3 * per_z2), far_b);
         c = A::select(near, per_z2 * per_z2 * A::multiply_add(q2, A::all(-20 * c2), A::all(-6 * c1)), far_c);
         zz = (twice * rho + two * once * p.z) * per4;
         slope = {a * p.x, a * p.y, -(once * per2)};
+    }
+    /// Row k of the Jacobian: f_k (phi e_k + p_k slope).
+    TILEMESH_KERNEL Vector3<A> row(int k, float f) const noexcept
+    {
+        Real const along = f * (k == 0 ? p.x : p.y);
+        Vector3<A> j{along * slope.x, along * slope.y, along * slope.z};
+        (k == 0 ? j.x : j.y) = (k == 0 ? j.x : j.y) + f * phi;
+        return j;
     }
     TILEMESH_KERNEL Vector3<A> times(Vector3<A> const& v) const noexcept
     {

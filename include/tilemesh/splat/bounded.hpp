@@ -365,22 +365,12 @@ constexpr Setup make_bounded() noexcept
 }
 } // namespace detail
 inline constexpr Setup bounded = detail::make_bounded();
-namespace detail {
-/// Channels keep their bytes, and so does storage with the lists of its slots.
-constexpr Sizes bounded_sizes(std::uint32_t degree) noexcept
-{
-    constexpr std::uint32_t lists = sizeof(Mark) + sizeof(BoundedSplat) + sizeof(SortKey);
-    Sizes sizes = fitted(bounded, degree).sizes;
-    sizes.storage = bounded.sizes.storage * (record_bytes(0) + lists) / (record_bytes(degree) + lists);
-    return sizes;
-}
-} // namespace detail
 /// With harmonics up to `Degree`. Harmonics that a map does not have are zero.
 template <std::uint32_t Degree>
 struct BoundedOf : SetupType<bounded> {
     using Machine = Mk2;
     using Record = GaussianOfDegree<Degree>;
-    static constexpr Sizes sizes = detail::bounded_sizes(Degree);
+    static constexpr Sizes sizes = detail::sizes_with<BoundedSplat>(bounded, Degree);
     using Projected = BoundedSplat;
     using Parameters = BoundParameters;
     using Blending = BlendBounded;

@@ -65,6 +65,19 @@ constexpr Setup fitted(Setup const& setup, std::uint32_t degree, bool routes = t
     return refitted(now, setup);
 }
 
+namespace detail {
+/// The sizes of a setup whose projected records are of type `Entry`, with records of another degree: channels keep their bytes, and so does storage
+/// with the lists of its slots.
+template <class Entry>
+constexpr Sizes sizes_with(Setup const& setup, std::uint32_t degree) noexcept
+{
+    constexpr std::uint32_t lists = sizeof(Mark) + sizeof(Entry) + sizeof(SortKey);
+    Sizes sizes = fitted(setup, degree).sizes;
+    sizes.storage = setup.sizes.storage * (record_bytes(0) + lists) / (record_bytes(degree) + lists);
+    return sizes;
+}
+} // namespace detail
+
 /// Returns the setup `now`, whose pixels differ from those of `before`. If the SRAM has no room for larger ones, storage gives up as many
 /// slots as they need.
 constexpr Setup with_room_for_pixels(Setup now, Setup const& before) noexcept

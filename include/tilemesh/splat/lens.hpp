@@ -18,10 +18,16 @@ enum class LensKind : std::uint32_t {
     /// Kannala and Brandt 2006, OpenCV's fisheye: the distance from the centre is theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4
     /// theta^8). It sees behind z = 0: depth is the distance from the camera, and so is the near plane's.
     fisheye,
-    fov ///< Devernay and Faugeras 2001: the distance from the centre is atan(2 r tan(omega / 2)) / omega; k[0] is omega, in radians
+    fov, ///< Devernay and Faugeras 2001: the distance from the centre is atan(2 r tan(omega / 2)) / omega; k[0] is omega, in radians
+    /// A panorama: u is the azimuth atan2(X, Z), v the latitude asin(Y / |p|), in radians. It sees all round, so depth is the distance, as a
+    /// fisheye's. Exact rays draw it (splat/exact.hpp): a conic is no picture of a Gaussian at a pole, or on both sides of the seam.
+    equirectangular
 };
 
-inline constexpr char const* lens_names[] = {"pinhole", "opencv", "fisheye", "fov"}; ///< by LensKind
+inline constexpr char const* lens_names[] = {"pinhole", "opencv", "fisheye", "fov", "equirectangular"}; ///< by LensKind
+
+/// Is depth the distance from the camera, because the lens sees behind z = 0?
+constexpr bool sees_behind(LensKind kind) noexcept { return kind == LensKind::fisheye || kind == LensKind::equirectangular; }
 
 /// The lens of a camera. All zeros: a pinhole. A lens of coefficients that are all 0 is no pinhole for these types, but draws the same
 /// splats up to rounding (`opencv`).
@@ -77,16 +83,17 @@ void lens_radius(Lens const& lens, T r, T& distance, T& derivative) noexcept
 }
 
 namespace detail {
+/// The series of sin x / x and of cos x in x^2, from the highest power down.
+inline constexpr float sine_terms[] = {-7.6471637e-13f, 1.6059044e-10f, -2.5052108e-8f, 2.7557319e-6f, -1.9841270e-4f, 8.3333333e-3f, -0.16666667f, 1.0f};
+inline constexpr float cosine_terms[] = {4.7794773e-14f, -1.1470746e-11f, 2.0876757e-9f, -2.7557319e-7f, 2.4801587e-5f, -1.3888889e-3f,
+                                         4.1666667e-2f,  -0.5f,           1.0f};
 /// 2 tan(omega / 2), as the quotient of two series; the error is below 2e-6 of it up to 3 radians, and 1e-4 at 3.1.
 inline float twice_tangent(float omega) noexcept
 {
     float const x = 0.5f * omega, s = x * x;
     float sine = 0, cosine = 0;
-    for (float const term : {-7.6471637e-13f, 1.6059044e-10f, -2.5052108e-8f, 2.7557319e-6f, -1.9841270e-4f, 8.3333333e-3f, -0.16666667f, 1.0f})
-        sine = sine * s + term;
-    for (float const term :
-         {4.7794773e-14f, -1.1470746e-11f, 2.0876757e-9f, -2.7557319e-7f, 2.4801587e-5f, -1.3888889e-3f, 4.1666667e-2f, -0.5f, 1.0f})
-        cosine = cosine * s + term;
+    for (float const term : sine_terms) sine = sine * s + term;
+    for (float const term : cosine_terms) cosine = cosine * s + term;
     return 2.0f * x * sine / cosine;
 }
 } // namespace detail

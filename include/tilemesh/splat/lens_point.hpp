@@ -21,6 +21,15 @@ LensPoint<T> through_lens(Camera const& camera, T const (&p)[3]) noexcept
     Lens const& lens = camera.lens;
     T const f[2] = {camera.fx, camera.fy}, rho2 = p[0] * p[0] + p[1] * p[1], all = rho2 + p[2] * p[2];
     LensPoint<T> out{};
+    if (lens.kind == LensKind::equirectangular) {
+        T const flat2 = p[0] * p[0] + p[2] * p[2], flat = std::sqrt(flat2);
+        out.depth = std::sqrt(all), out.seen = flat > T(1e-6f) * out.depth; // at a pole there is no azimuth
+        if (!out.seen) return out;
+        out.at[0] = f[0] * std::atan2(p[0], p[2]), out.at[1] = f[1] * std::atan2(p[1], flat);
+        out.by[0][0] = f[0] * p[2] / flat2, out.by[0][2] = -f[0] * p[0] / flat2;
+        out.by[1][0] = -f[1] * p[0] * p[1] / (all * flat), out.by[1][1] = f[1] * flat / all, out.by[1][2] = -f[1] * p[2] * p[1] / (all * flat);
+        return out;
+    }
     if (lens.kind == LensKind::fisheye) {
         T const rho = std::sqrt(rho2), theta = std::atan2(rho, p[2]);
         if (!(theta < T(lens.limit)) || !(all > 0)) return out;
@@ -66,6 +75,10 @@ bool ray_of(Camera const& camera, T across, T down, T (&ray)[3]) noexcept
     T const u = across / camera.fx, v = down / camera.fy, distance = std::sqrt(u * u + v * v);
     ray[0] = u, ray[1] = v, ray[2] = 1;
     if (lens.kind == LensKind::pinhole || distance == 0) return true;
+    if (lens.kind == LensKind::equirectangular) {
+        ray[0] = std::cos(v) * std::sin(u), ray[1] = std::sin(v), ray[2] = std::cos(v) * std::cos(u);
+        return std::fabs(u) < T(3.1417f) && std::fabs(v) < T(1.5709f); // pi and pi / 2, with a margin for their rounding
+    }
     auto const reach = reach_of<T>(lens, distance);
     if (lens.kind == LensKind::fisheye) {
         if (!(reach.radius < reach.fold && reach.radius < T(lens.limit))) return false;

@@ -73,6 +73,34 @@ inline float inverse_of_power(float power) noexcept
     return __builtin_bit_cast(float, (254u << 23) - __builtin_bit_cast(std::uint32_t, power));
 }
 
+/// The Gaussian's axes: the columns of R from a quaternion of any length. A quaternion whose square leaves the range of floats is scaled first;
+/// lanes do not, and say where they would have to.
+template <class A>
+TILEMESH_KERNEL typename A::Mask axes_of(typename A::Real const (&rotation)[4], Vector3<A> (&axis)[3]) noexcept
+{
+    using Real = typename A::Real;
+    typename A::Mask stiff{};
+    Real qw = rotation[0], qx = rotation[1], qy = rotation[2], qz = rotation[3];
+    Real norm = squared_length<A>(qw, qx, qy, qz);
+    if constexpr (A::lanes > 1) {
+        stiff = A::negation(A::every(norm > A::all(1e-30f), norm < A::all(1e30f)));
+    } else if (!(norm > 1e-30f && norm < 1e30f)) {
+        float largest = 0;
+        for (float const v : rotation) largest = std::fabs(v) > largest ? std::fabs(v) : largest;
+        float const shrink = inverse_of_power(power_of_two_below(largest));
+        qw *= shrink, qx *= shrink, qy *= shrink, qz *= shrink;
+        norm = squared_length<A>(qw, qx, qy, qz);
+    }
+    Real const two = A::all(2.0f) / norm, one = A::all(1.0f);
+    Real const xx = two * qx * qx, yy = two * qy * qy, zz = two * qz * qz;
+    Real const xy = two * qx * qy, xz = two * qx * qz, yz = two * qy * qz;
+    Real const wx = two * qw * qx, wy = two * qw * qy, wz = two * qw * qz;
+    axis[0] = {one - (yy + zz), xy + wz, xz - wy};
+    axis[1] = {xy - wz, one - (xx + zz), yz + wx};
+    axis[2] = {xz + wy, yz - wx, one - (xx + yy)};
+    return stiff;
+}
+
 /// The factor V = J W R S and its covariance V V^T. `axis[i]` are the columns of W R in view space.
 template <class A>
 struct Factor {
@@ -225,8 +253,8 @@ struct Outcome {
     typename A::Mask visible, stiff;
 };
 
-/// The words by which a projection's derivative by the camera's pose differs from the splat's own words (pose/motion.hpp). u3 is the third
-/// row of W R S: how far each axis of the Gaussian reaches along the ray. v1, v2 are the rows of V, and n = v2 - slope v1.
+/// The words by which a projection's derivative by the camera's pose differs from the splat's own words (pose/motion.hpp). u3 says how far each
+/// axis of the Gaussian reaches in depth: the third row of W R S, or through a fisheye its row along the ray. v1, v2 are the rows of V, and n = v2 - slope v1.
 template <class A>
 struct PoseWords {
     static constexpr bool wanted = true;
@@ -247,8 +275,7 @@ TILEMESH_KERNEL Outcome<A> nowhere(SplatWords<A>& s) noexcept
 }
 
 /// The work of `project`, for one Gaussian or for lanes of them. `s` has a meaning where it is visible and not stiff. Lanes select between
-/// results; one float may return early instead, because nobody uses what it would have computed. `pose` has a meaning where `s` has one,
-/// and the camera is a pinhole.
+/// results; one float may return early instead, because nobody uses what it would have computed. `pose` has a meaning where `s` has one.
 template <class A, class Optics = AnyLens, class Pose = NoPoseWords>
 TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& view, TileSize const& tile,
                                          SplatWords<A>& s, [[maybe_unused]] Pose&& pose = {}) noexcept
@@ -278,25 +305,10 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     }
     Vector3<A> const mean{dot(w0, d), dot(w1, d), z};
 
-    // The Gaussian's axes: R from a quaternion of any length. A quaternion whose square leaves the range of floats is scaled first.
-    Real qw = g.rotation[0], qx = g.rotation[1], qy = g.rotation[2], qz = g.rotation[3];
-    Real norm = squared_length<A>(qw, qx, qy, qz);
-    if constexpr (A::lanes > 1) {
-        stiff = A::negation(A::every(norm > A::all(1e-30f), norm < A::all(1e30f)));
-    } else if (!(norm > 1e-30f && norm < 1e30f)) {
-        float largest = 0;
-        for (float const v : g.rotation) largest = std::fabs(v) > largest ? std::fabs(v) : largest;
-        float const shrink = inverse_of_power(power_of_two_below(largest));
-        qw *= shrink, qx *= shrink, qy *= shrink, qz *= shrink;
-        norm = squared_length<A>(qw, qx, qy, qz);
-    }
-    Real const two = A::all(2.0f) / norm, one = A::all(1.0f);
-    Real const xx = two * qx * qx, yy = two * qy * qy, zz = two * qz * qz;
-    Real const xy = two * qx * qy, xz = two * qx * qz, yz = two * qy * qz;
-    Real const wx = two * qw * qx, wy = two * qw * qy, wz = two * qw * qz;
-    Vector3<A> const axis[3] = {{one - (yy + zz), xy + wz, xz - wy},
-                                {xy - wz, one - (xx + zz), yz + wx},
-                                {xz + wy, yz - wx, one - (xx + yy)}};
+    Vector3<A> axis[3];
+    typename A::Mask const odd = axes_of<A>(g.rotation, axis);
+    if constexpr (A::lanes > 1) stiff = odd;
+    Real const one = A::all(1.0f);
     Vector3<A> scale{A::exponential(g.log_scale.x), A::exponential(g.log_scale.y), A::exponential(g.log_scale.z)};
 
     // V and its covariance, and the mean in the picture, from the principal point.
@@ -411,7 +423,12 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
 
     // n . u3 by two cross products: v2 . u3 - slope v1 . u3 would cancel for a needle.
     if constexpr (std::decay_t<Pose>::wanted) {
-        Vector3<A> const u3{f.axis[0].z * scale.x, f.axis[1].z * scale.y, f.axis[2].z * scale.z};
+        Vector3<A> u3{f.axis[0].z * scale.x, f.axis[1].z * scale.y, f.axis[2].z * scale.z};
+        if (bends && c.lens.kind == LensKind::fisheye) {
+            Real const per_length = one / length<A>(mean);
+            Vector3<A> const ray{mean.x * per_length, mean.y * per_length, mean.z * per_length};
+            u3 = {dot(ray, f.axis[0]) * scale.x, dot(ray, f.axis[1]) * scale.y, dot(ray, f.axis[2]) * scale.z};
+        }
         Real const per_a = one / a;
         pose.along_depth = dot(f.row1, u3) * per_a;
         pose.across_depth = A::multiply_add(h, dot(f.row2, u3), dot(cross(f.row1, f.row2), cross(f.row1, u3))) * per_a * per_a;
@@ -457,7 +474,7 @@ inline std::uint32_t depth_key(Gaussian const& g, View const& view) noexcept
     Camera const& c = view.camera;
     Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
-    if (c.lens.kind == LensKind::fisheye) {
+    if (sees_behind(c.lens.kind)) {
         Float3 const p{dot<OneFloat>({c.rotation[0][0], c.rotation[0][1], c.rotation[0][2]}, d),
                        dot<OneFloat>({c.rotation[1][0], c.rotation[1][1], c.rotation[1][2]}, d), z};
         float const distance = length<OneFloat>(p);

@@ -14,6 +14,7 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 struct FrameParameters {
     static constexpr char const* name = "frame parameters";
     static constexpr bool bends = false; ///< a tile that projects has no code for lenses; `LensParameters` has
+    static constexpr bool exact_rays = false; ///< ... nor for panoramas; those of splat/exact.hpp have
     static constexpr std::uint32_t item_bytes(Setup const& s) noexcept; ///< also of the host's parameters, which have addresses of tables
     View view;
     Tiling tiling;

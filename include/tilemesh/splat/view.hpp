@@ -31,7 +31,7 @@ inline void bound_lens(Camera& c) noexcept
 {
     Lens& lens = c.lens;
     if (lens.kind == LensKind::fov) lens.k[1] = detail::twice_tangent(lens.k[0]);
-    if (lens.kind == LensKind::pinhole || lens.limit != 0) return;
+    if (lens.kind == LensKind::pinhole || lens.kind == LensKind::equirectangular || lens.limit != 0) return;
     float const u[2] = {-c.cx / c.fx, (static_cast<float>(c.width) - c.cx) / c.fx};
     float const v[2] = {-c.cy / c.fy, (static_cast<float>(c.height) - c.cy) / c.fy};
     float farthest = 0;

@@ -228,7 +228,7 @@ void BasicPoseEvaluator<S, Engine>::check(splat::Camera const& camera, TrackOpti
     if (camera.width != size_.width || camera.height != size_.height)
         throw Error("a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels (frames are " +
                     std::to_string(size_.width) + " x " + std::to_string(size_.height) + "); scale its intrinsics");
-    scene::check_no_fisheye(camera, "a pose's derivative");
+    scene::check_no_panorama(camera, "a pose's derivative");
     if (target_.colour.width == 0) throw Error("an evaluation without a target (residuals need a picture); call set_target first");
     auto const cell = o.level.cell;
     if (cell != 1 && cell != 2 && cell != 4 && cell != 8)

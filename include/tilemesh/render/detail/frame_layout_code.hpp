@@ -64,9 +64,10 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
     check_size(camera.width, camera.height);
     scene::check_camera(camera);
 }
-TILEMESH_HOST void check_pinhole(splat::Camera const& camera)
+TILEMESH_HOST void check_lens(splat::Camera const& camera, bool bends, bool exact_rays)
 {
-    scene::check_pinhole(camera, "this program of the tiles");
+    if (!exact_rays) scene::check_no_panorama(camera, "this program of the tiles");
+    if (!bends) scene::check_pinhole(camera, "this program of the tiles");
 }
 TILEMESH_HOST void check_rules(splat::Rules const& rules)
 {

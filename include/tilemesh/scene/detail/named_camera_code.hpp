@@ -47,7 +47,7 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
     auto const some = [](auto const& numbers) { return std::any_of(numbers.begin(), numbers.end(), [](double v) { return v != 0.0; }); };
     bool const fisheye =
         values.fisheye || is("opencv_fisheye", "fisheye", "equidistant", "kannala_brandt", "simple_radial_fisheye", "radial_fisheye");
-    bool const straight = is("pinhole", "simple_pinhole"), fov = is("fov");
+    bool const straight = is("pinhole", "simple_pinhole"), fov = is("fov"), panorama = is("equirectangular");
     bool const plain = straight || is("", "none", "perspective", "simple_radial", "radial", "opencv", "full_opencv", "brown");
     splat::Lens lens{};
     auto const refuse = [&](std::string why) {
@@ -55,7 +55,7 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
         return splat::Lens{};
     };
     if (values.odd != 0) return refuse("its lens is told in a form that is not read (coefficients are numbers, or one list of numbers)");
-    if (!fisheye && !plain && !fov) return refuse("no lens here is its camera model " + shown(values.model, 40));
+    if (!fisheye && !plain && !fov && !panorama) return refuse("no lens here is its camera model " + shown(values.model, 40));
     std::array<double, 8> k = values.coefficients; // k1 to k6, p1, p2
     bool given = some(k);
     for (std::size_t key = 0; key < values.lists.size(); ++key) {
@@ -73,13 +73,13 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
             if (k[i] != 0.0) return false;
         return true;
     };
-    if (straight && given && !fisheye) return refuse("its camera model is a pinhole's, and its coefficients are not 0");
+    if ((straight || panorama) && given && !fisheye) return refuse("its camera model is a " + std::string(panorama ? "panorama" : "pinhole") + "'s, and its coefficients are not 0");
     if (fov && (fisheye || !only(1))) return refuse("its lens is FOV, and has more than omega (k1)");
     if (fisheye && !only(4)) return refuse("its lens is a fisheye, and has coefficients that a fisheye has not (k1 to k4)");
     // Some programs mean r^8 by the k4 of a perspective, OpenCV means its denominator.
     if (!fisheye && k[3] != 0.0 && k[4] == 0.0 && k[5] == 0.0 && values.model != "full_opencv")
         return refuse("the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator");
-    lens.kind = fov ? splat::LensKind::fov : fisheye ? splat::LensKind::fisheye : given ? splat::LensKind::opencv : splat::LensKind::pinhole;
+    lens.kind = panorama ? splat::LensKind::equirectangular : fov ? splat::LensKind::fov : fisheye ? splat::LensKind::fisheye : given ? splat::LensKind::opencv : splat::LensKind::pinhole;
     for (std::size_t i = 0; i < 6; ++i) lens.k[i] = static_cast<float>(k[i]);
     for (std::size_t i = 0; i < 2; ++i) lens.p[i] = static_cast<float>(k[6 + i]);
     return lens;

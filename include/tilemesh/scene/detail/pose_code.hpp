@@ -143,8 +143,8 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
 TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens)
 {
     auto const& bend = lens.bend;
-    if (bend.kind == splat::LensKind::pinhole) return "";
-    if (bend.kind > splat::LensKind::fov) return "it has a kind of lens that there is not";
+    if (bend.kind == splat::LensKind::pinhole || bend.kind == splat::LensKind::equirectangular) return "";
+    if (bend.kind > splat::LensKind::equirectangular) return "it has a kind of lens that there is not";
     for (float const v : {bend.k[0], bend.k[1], bend.k[2], bend.k[3], bend.k[4], bend.k[5], bend.p[0], bend.p[1]})
         if (!(std::fabs(v) <= 1e6f)) return "a coefficient of its lens is not a number within 1e6";
     if (bend.kind == splat::LensKind::fov && !(bend.k[0] > 0.0f && bend.k[0] <= 3.0f)) return "omega of its lens is not between 0 and 3 radians";
@@ -201,11 +201,12 @@ TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who)
                     " knows pinholes alone); undistort the pictures, and give the pinhole camera that they have then");
 }
 
-TILEMESH_HOST void check_no_fisheye(splat::Camera const& camera, char const* who)
+TILEMESH_HOST void check_no_panorama(splat::Camera const& camera, char const* who)
 {
-    if (camera.lens.kind == splat::LensKind::fisheye)
-        throw Error(std::string("a camera with a fisheye (") + who +
-                    " knows pinholes, opencv and fov); undistort the pictures, and give the pinhole camera that they have then");
+    if (camera.lens.kind == splat::LensKind::equirectangular)
+        throw Error(std::string("a panorama (") + who +
+                    " takes a Gaussian for a conic, which it is neither at a pole nor on both sides of the seam); render it by exact rays: "
+                    "render_map --exact-rays, or splat::Exact");
 }
 
 TILEMESH_HOST Intrinsics lens_from_field_of_view(double degrees, Size size, float near_depth)

@@ -75,7 +75,7 @@ struct Mapper::Work {
 inline std::vector<splat::Gaussian> Mapper::Work::missing_in(View const& view, std::uint32_t keyframe)
 {
     namespace map = splat::map;
-    scene::check_no_fisheye(view.camera, "an insertion");
+    scene::check_no_panorama(view.camera, "an insertion");
     mapping::Seen seen;
     with_refiner([&](auto& r) { r.measure(view.camera, view.target, &seen); }); // refuses a target of another size
     auto c = view.camera;

@@ -105,14 +105,21 @@ inline Gaussian gaussian_of_cell(CellSums const& of, Camera const& c, CellGrid c
     float const depth = of.mean_depth(), n = static_cast<float>(of.pixels);
     float const x = middle(column, grid.cell, c.width) - c.cx, y = middle(row, grid.cell, c.height) - c.cy;
     float sx = x / c.fx, sy = y / c.fy, size = r.deviation * static_cast<float>(grid.cell) * depth / c.fx;
-    if (c.lens.kind != LensKind::pinhole) {
-        using splat::detail::OneFloat;
+    float ahead = 1;
+    using splat::detail::OneFloat;
+    if (c.lens.kind == LensKind::fisheye) {
+        auto const ray = splat::detail::LensRay<OneFloat>(c, sx, sy).ray;
+        float const sine = std::sqrt(multiply_add(ray.x, ray.x, ray.y * ray.y));
+        splat::detail::FisheyeDistance<OneFloat> const at(c.lens, splat::detail::angle_of<OneFloat>(ray.z, sine));
+        size = size / std::sqrt(at.slope * (sine > 0 ? at.theta * at.factor / sine : 1.0f)); // across the ray: its slope outward, and around
+        sx = ray.x, sy = ray.y, ahead = ray.z;
+    } else if (c.lens.kind != LensKind::pinhole) {
         float const u = sx, v = sy;
         splat::detail::unbend<OneFloat>(c.lens, u, v, sx, sy);
         splat::detail::BentSlopes<OneFloat> const at(c.lens, sx, sy);
         size = size / std::sqrt(multiply_add(at.d00, at.d11, -(at.d01 * at.d01)));
     }
-    float const view[3] = {sx * depth, sy * depth, depth};
+    float const view[3] = {sx * depth, sy * depth, ahead * depth};
     float const log_scale = logarithm(size);
     Gaussian g{};
     for (std::uint32_t i = 0; i < 3; ++i) {

@@ -16,13 +16,14 @@ struct MovingPixel {
     using Real = typename A::Real;
     Real t, colour[3];                       ///< transmittance, the sum of w c
     Real dt[motions], dcolour[3][motions];
-    Real z, x, y;                            ///< the sums of w times the means in view space
+    Real z, x, y;                            ///< the sums of w times the means in view space; through a fisheye, of the depth and of the ray's x, y
+    Real ahead;                              ///< through a fisheye, of the ray's z; else it is 1 - T
     Real dz[motions];                        ///< the sum of dw times the depth; the means' own motion follows from x, y and t
 };
 /// The words of a splat that a pair of a splat and a pixel needs, besides its power.
 template <class A>
 struct MovingPaint {
-    typename A::Real colour[3], z, x, y;
+    typename A::Real colour[3], z, x, y, ahead;
 };
 
 namespace detail {
@@ -61,6 +62,7 @@ TILEMESH_KERNEL void blend_pair(MovingPixel<A>& p, typename A::Real const& w, Mo
         p.z = A::multiply_add(w, paint.z, p.z);
         p.x = A::multiply_add(w, paint.x, p.x);
         p.y = A::multiply_add(w, paint.y, p.y);
+        p.ahead = A::multiply_add(w, paint.ahead, p.ahead);
     }
     p.t = p.t - w;
 }
@@ -83,11 +85,19 @@ TILEMESH_KERNEL void blend_moving_pair(MovingPixel<A>& p, typename A::Real const
     detail::blend_pair<Depth, A>(p, w, paint);
 }
 
-/// The derivative of a pixel's depth D = z / W by motion J, with W = 1 - T: (dz + (0, 0, W, y, -x, 0) + D dT) / W.
+/// The derivative of a pixel's depth D = z / W by motion J, with W = 1 - T: (dz + (0, 0, W, y, -x, 0) + D dT) / W. Through a fisheye (`by_angle`) the
+/// second term is (x, y, ahead, 0, 0, 0).
 template <std::uint32_t J, class A>
-TILEMESH_KERNEL typename A::Real depth_motion(MovingPixel<A> const& p, typename A::Real const& weight, typename A::Real const& depth) noexcept
+TILEMESH_KERNEL typename A::Real depth_motion(MovingPixel<A> const& p, typename A::Real const& weight, typename A::Real const& depth,
+                                              bool by_angle = false) noexcept
 {
     typename A::Real sum = A::multiply_add(depth, p.dt[J], p.dz[J]);
+    if (by_angle) {
+        if constexpr (J == 0) sum = sum + p.x;
+        if constexpr (J == 1) sum = sum + p.y;
+        if constexpr (J == 2) sum = sum + p.ahead;
+        return sum / weight;
+    }
     if constexpr (J == 2) sum = sum + weight;
     if constexpr (J == 3) sum = sum + p.y;
     if constexpr (J == 4) sum = sum - p.x;
@@ -96,9 +106,9 @@ TILEMESH_KERNEL typename A::Real depth_motion(MovingPixel<A> const& p, typename 
 
 using AllMotions = std::make_integer_sequence<std::uint32_t, motions>;
 
-/// A row of pixels in memory, field by field: T, three colours, dT, three times dC, z, x, y, dz.
+/// A row of pixels in memory, field by field: T, three colours, dT, three times dC, z, x, y, dz, ahead.
 struct MovingRow {
-    static constexpr std::uint32_t fields = 4 + 4 * motions + 3 + motions;
+    static constexpr std::uint32_t fields = 4 + 4 * motions + 3 + motions + 1;
     float field[fields][block_width];
 };
 
@@ -109,7 +119,7 @@ TILEMESH_KERNEL void each_plain_field(MovingPixel<A>& p, bool depth, F const& f)
 {
     f(0, p.t);
     for (std::uint32_t c = 0; c < 3; ++c) f(1 + c, p.colour[c]);
-    if (depth) f(28, p.z), f(29, p.x), f(30, p.y);
+    if (depth) f(28, p.z), f(29, p.x), f(30, p.y), f(37, p.ahead);
 }
 /// The fields of motion j.
 template <class A, class F>
@@ -142,7 +152,7 @@ template <std::uint32_t N>
 TILEMESH_KERNEL MovingPixel<splat::detail::FloatLanes<N>> load_pixels(MovingRow const& row, std::uint32_t column, bool depth) noexcept
 {
     MovingPixel<splat::detail::FloatLanes<N>> p;
-    p.z = p.x = p.y = splat::detail::Floats<N>{};
+    p.z = p.x = p.y = p.ahead = splat::detail::Floats<N>{};
     for (auto& dz : p.dz) dz = splat::detail::Floats<N>{};
     LoadField<N> const load{row, column};
     each_plain_field(p, depth, load);
@@ -155,7 +165,7 @@ template <std::uint32_t Size>
 struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<Size> {
     static constexpr std::uint32_t coefficients = 5;
     float along_depth[Size], across_depth[Size];
-    float depth[Size], view_x[Size], view_y[Size];                ///< the mean in view space
+    float depth[Size], view_x[Size], view_y[Size], ahead[Size];   ///< the mean in view space, and 1; or the distance and the ray of a fisheye
     float motion[motions][coefficients][Size];
 
     template <std::uint32_t N, Column J>
@@ -181,8 +191,14 @@ struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<S
                                    load<N>(this->along + i),  load<N>(this->slope + i),  load<N>(this->across + i),
                                    load<N>(along_depth + i),  load<N>(across_depth + i)};
             MotionBasis<A> const basis(s, view);
-            splat::detail::store(view_x + i, splat::detail::Floats<N>(basis.sx * s.depth));
-            splat::detail::store(view_y + i, splat::detail::Floats<N>(basis.sy * s.depth));
+            if (basis.by_angle) {
+                splat::detail::store(view_x + i, basis.mean.ray.x), splat::detail::store(view_y + i, basis.mean.ray.y);
+                splat::detail::store(ahead + i, basis.mean.ray.z);
+            } else {
+                splat::detail::store(view_x + i, splat::detail::Floats<N>(basis.sx * s.depth));
+                splat::detail::store(view_y + i, splat::detail::Floats<N>(basis.sy * s.depth));
+                splat::detail::store(ahead + i, A::all(1.0f));
+            }
             complete_column<N, Column::rho_x>(i, basis);
             complete_column<N, Column::rho_y>(i, basis);
             complete_column<N, Column::rho_z>(i, basis);
@@ -237,7 +253,7 @@ TILEMESH_KERNEL void blend_motions(MovingRow& row, std::uint32_t column, MovingC
         Floats<N> const dx = pairs.dx[h], off = pairs.off[h];
         PairOffsets<A> const at{dx, off, dx * dx, dx * off, off * off};
         MovingPaint<A> const paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, broadcast<N>(c.depth[i]), Floats<N>{},
-                                   Floats<N>{}};
+                                   Floats<N>{}, Floats<N>{}};
         (blend_column<J, Depth, A>(p, pairs.t[h], pairs.alpha[h], pairs.moves[h], at, paint,
                                    MotionIn<A, Size>{c, i}(std::integral_constant<std::uint32_t, J>{})), ...);
     }
@@ -304,8 +320,9 @@ struct BlendMovingRow {
                     if (!A::any(takes_part)) continue;
                     counted = takes_part ? counted + 1 : counted;
                     MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{},
-                                         Floats<N>{}};
-                    if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]);
+                                         Floats<N>{}, Floats<N>{}};
+                    if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]),
+                                         paint.ahead = broadcast<N>(c.ahead[i]);
                     alpha = A::select(takes_part, alpha, Floats<N>{});
                     std::uint32_t const at_pair = pairs.count++;
                     pairs.splat[at_pair] = i;

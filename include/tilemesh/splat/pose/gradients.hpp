@@ -139,7 +139,7 @@ struct MakeGradientRows {
             Floats<N> const depth = load<N>(own.depth + column + 1), per_z = one / depth;
             Floats<N> sx = (load<N>(from.x + column) + 0.5f - camera.cx * per_cell) / fx;
             Floats<N> sy = broadcast<N>(y + 0.5f - camera.cy * per_cell) / fy;
-            bool const bends = camera.lens.kind != LensKind::pinhole;
+            bool const by_angle = camera.lens.kind == LensKind::fisheye, bends = camera.lens.kind != LensKind::pinhole && !by_angle;
             if (bends) {
                 Floats<N> const u = sx, v = sy;
                 unbend<A>(camera.lens, u, v, sx, sy);
@@ -155,6 +155,13 @@ struct MakeGradientRows {
                     du[j] = multiply_add_lanes<N>(at.d00, along, d01 * down);
                     dv[j] = multiply_add_lanes<N>(d10, along, at.d11 * down);
                 }
+            }
+            Floats<N> dz[motions] = {zero, zero, one, sy * depth, -(sx * depth), zero};
+            if (by_angle) {
+                FisheyePoint<A> const at(camera, sx, sy, depth, camera.fx * per_cell, camera.fy * per_cell);
+                move<Column::rho_x>(at, du, dv), move<Column::rho_y>(at, du, dv), move<Column::rho_z>(at, du, dv);
+                move<Column::phi_x>(at, du, dv), move<Column::phi_y>(at, du, dv), move<Column::phi_z>(at, du, dv);
+                dz[0] = at.ray.x, dz[1] = at.ray.y, dz[2] = at.ray.z, dz[3] = dz[4] = zero;
             }
             Words<N> counts = (load<N>(own.weight + column + 1) > least_coverage) & (depth > 0.0f);
             Floats<N> residual[3], gained[3], motion[3][motions];
@@ -188,7 +195,6 @@ struct MakeGradientRows {
             Floats<N> const south = load<N>(below.depth + column + 1), north = load<N>(above.depth + column + 1);
             Words<N> deep = counts & (seen > 0.0f) & (east > 0.0f) & (west > 0.0f) & (south > 0.0f) & (north > 0.0f) & (A::magnitude(off) < most);
             Floats<N> const gx = 0.5f * (east - west), gy = 0.5f * (south - north);
-            Floats<N> const dz[motions] = {zero, zero, one, sy * depth, -(sx * depth), zero};
             Floats<N> moves[motions];
             for (std::uint32_t j = 0; j < motions; ++j) {
                 moves[j] = (dz[j] - (gx * du[j] + gy * dv[j])) / seen;
@@ -199,6 +205,14 @@ struct MakeGradientRows {
             for (std::uint32_t j = 0; j < motions; ++j) store(rows.motion[CellRows::depth_channel][j] + column, A::select(deep, moves[j], zero));
             store(rows.depth_counted + column, A::select(deep, one, zero));
         }
+    }
+
+private:
+    template <Column J, class A>
+    TILEMESH_KERNEL static void move(FisheyePoint<A> const& at, typename A::Real (&du)[motions], typename A::Real (&dv)[motions]) noexcept
+    {
+        auto const moved = at.template moved<J>();
+        du[static_cast<std::uint32_t>(J)] = splat::detail::dot(at.row[0], moved), dv[static_cast<std::uint32_t>(J)] = splat::detail::dot(at.row[1], moved);
     }
 };
 } // namespace detail

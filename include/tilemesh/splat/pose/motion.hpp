@@ -12,8 +12,8 @@ namespace tilemesh { inline namespace v0_2 { namespace splat::pose {
 inline constexpr std::uint32_t motions = 6;
 enum class Column : std::uint32_t { rho_x, rho_y, rho_z, phi_x, phi_y, phi_z };
 
-/// The two words that a splat needs for its derivative, besides its own. v1, v2 are the rows of V = J W R S, u3 is the third row of W R S,
-/// a the first entry of the dilated covariance, and n = v2 - slope v1. Only programs that track carry them.
+/// The two words that a splat needs for its derivative, besides its own. v1, v2 are the rows of V = J W R S, u3 is the third row of W R S (its
+/// row along the ray through a fisheye), a the first entry of the dilated covariance, and n = v2 - slope v1. Only programs that track carry them.
 struct Terms {
     float along_depth;  ///< v1 . u3 / a, world units per pixel
     float across_depth; ///< n . u3 / a
@@ -60,6 +60,40 @@ struct MovingSplat {
 };
 
 namespace detail {
+template <class A>
+using Vector3 = splat::detail::Vector3<A>;
+/// The unit vector that a motion moves or turns along.
+template <Column J, class A>
+TILEMESH_KERNEL Vector3<A> axis_of() noexcept
+{
+    auto const one = A::all(1.0f), zero = A::all(0.0f);
+    if constexpr (J == Column::rho_x || J == Column::phi_x) return {one, zero, zero};
+    else if constexpr (J == Column::rho_y || J == Column::phi_y) return {zero, one, zero};
+    else return {zero, zero, one};
+}
+/// A point of view space through a fisheye: its ray, and the Jacobian in pixels.
+template <class A>
+struct FisheyePoint {
+    using Real = typename A::Real;
+    Vector3<A> ray, p, row[2];
+    splat::detail::FisheyeCurvature<A> curvature;
+
+    FisheyePoint() noexcept = default;
+    /// u, v: its place in the picture, in focal lengths from the principal point. fx, fy: pixels.
+    TILEMESH_KERNEL FisheyePoint(Camera const& camera, Real const& u, Real const& v, Real const& distance, float fx, float fy) noexcept
+        : ray(splat::detail::LensRay<A>(camera, u, v).ray), p{ray.x * distance, ray.y * distance, ray.z * distance}, curvature(camera.lens, p)
+    {
+        row[0] = curvature.row(0, fx), row[1] = curvature.row(1, fy);
+    }
+    /// How motion J moves the point.
+    template <Column J>
+    TILEMESH_KERNEL Vector3<A> moved() const noexcept
+    {
+        if constexpr (J < Column::phi_x) return axis_of<J, A>();
+        else return splat::detail::cross<A>(axis_of<J, A>(), p);
+    }
+};
+
 /// What all columns share.
 template <class A>
 struct MotionBasis {
@@ -72,6 +106,9 @@ struct MotionBasis {
     Real px, py;              ///< pixels per world unit
     Real fx, fy, ratio, per_ratio;
     Real h_a, nn_a, a_s;      ///< dilation / a, n . n / a, a / (the variance across)
+    bool by_angle = false;    ///< through a fisheye; then:
+    FisheyePoint<A> mean;
+    Real inverse[3];          ///< of the 2 x 2 matrix J J^T
     bool bends = false;       ///< through a lens of slopes; then:
     Real d00, d01, d11;       ///< its derivatives
     Real per_determinant;     ///< of these
@@ -86,7 +123,9 @@ struct MotionBasis {
         ratio = fx / fy, per_ratio = fy / fx;
         per_z = one / s.depth;
         sx = s.mean_x / fx, sy = s.mean_y / fy;
-        if (view.camera.lens.kind != LensKind::pinhole) {
+        if (view.camera.lens.kind == LensKind::fisheye) {
+            turn(view.camera, s.depth);
+        } else if (view.camera.lens.kind != LensKind::pinhole) {
             bend(view.camera.lens);
         } else {
             jx = splat::detail::limited<A>(sx, view.rules.slope_limit[0]);
@@ -101,6 +140,15 @@ struct MotionBasis {
     }
 
 private:
+    TILEMESH_KERNEL void turn(Camera const& camera, Real const& distance) noexcept
+    {
+        by_angle = true;
+        mean = FisheyePoint<A>(camera, sx, sy, distance, camera.fx, camera.fy);
+        Real const g11 = splat::detail::dot(mean.row[0], mean.row[0]), g12 = splat::detail::dot(mean.row[0], mean.row[1]);
+        Real const g22 = splat::detail::dot(mean.row[1], mean.row[1]), per = A::all(1.0f) / A::multiply_add(g11, g22, -(g12 * g12));
+        inverse[0] = g22 * per, inverse[1] = -(g12 * per), inverse[2] = g11 * per;
+        jx = jy = free_x = free_y = A::all(0.0f);
+    }
     /// A lens knows the mean's place, and not its slopes. They are found again, and the Jacobian moves up to the limit of the lens.
     TILEMESH_KERNEL void bend(Lens const& lens) noexcept
     {
@@ -122,10 +170,40 @@ template <class A>
 struct RowMotion {
     typename A::Real dsx, dsy, kx, ky, p1, dp, q1, q2;
 };
+/// Through a fisheye J p = 0, so dV = B V + gamma u with the row u along the ray: B = (dJ + J [phi]x) J^+, gamma = -J rho / |p|.
+template <Column J, class A>
+TILEMESH_KERNEL RowMotion<A> row_motion_by_angle(MotionBasis<A> const& b) noexcept
+{
+    using Real = typename A::Real;
+    using splat::detail::dot;
+    auto const& at = b.mean;
+    Vector3<A> const moved = at.template moved<J>(), bent = at.curvature.times(moved), axis = axis_of<J, A>();
+    Real const slope = dot(at.curvature.slope, moved), focal[2] = {b.fx, b.fy};
+    Real place[2], along[2], n[2][2];
+    for (int k = 0; k < 2; ++k) {
+        Vector3<A> const& row = at.row[k];
+        Real const own = k == 0 ? at.p.x : at.p.y, step = k == 0 ? moved.x : moved.y;
+        Vector3<A> change{A::multiply_add(step, at.curvature.slope.x, own * bent.x), A::multiply_add(step, at.curvature.slope.y, own * bent.y),
+                          A::multiply_add(step, at.curvature.slope.z, own * bent.z)};
+        (k == 0 ? change.x : change.y) = (k == 0 ? change.x : change.y) + slope;
+        change = {focal[k] * change.x, focal[k] * change.y, focal[k] * change.z};
+        place[k] = dot(row, moved), along[k] = A::all(0.0f);
+        if constexpr (J < Column::phi_x) {
+            along[k] = -(dot(row, axis) * b.per_z);
+        } else {
+            Vector3<A> const turned = splat::detail::cross<A>(row, axis);
+            change = {change.x + turned.x, change.y + turned.y, change.z + turned.z};
+        }
+        Real const first = dot(change, at.row[0]), second = dot(change, at.row[1]);
+        n[k][0] = A::multiply_add(first, b.inverse[0], second * b.inverse[1]), n[k][1] = A::multiply_add(first, b.inverse[1], second * b.inverse[2]);
+    }
+    return {place[0] / b.fx, place[1] / b.fy, along[0], along[1], n[0][0], n[1][1] - n[0][0], n[0][1], n[1][0]};
+}
 template <Column J, class A>
 TILEMESH_KERNEL RowMotion<A> row_motion(MotionBasis<A> const& b) noexcept
 {
     using Real = typename A::Real;
+    if (b.by_angle) return row_motion_by_angle<J>(b);
     Real const zero = A::all(0.0f), one = A::all(1.0f);
     RowMotion<A> m{zero, zero, zero, zero, zero, zero, zero, zero};
     Real kx = zero, ky = zero; // the rotation's part of kx, ky

@@ -102,7 +102,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
     std::uint32_t const left = tile.x0 / block_width * block_width, top = tile.y0 / block_height * block_height;
     std::uint32_t const across = (tile.x1 - left + block_width - 1) / block_width, down = (tile.y1 - top + block_height - 1) / block_height;
     constexpr std::uint32_t parts_a_block = block_height / Rows;
-    bool const cells = tracking.cell > 1;
+    bool const cells = tracking.cell > 1, by_angle = view.camera.lens.kind == LensKind::fisheye;
     work.cells.clear();
     work.made = {};
     work.sums = {};
@@ -154,7 +154,7 @@ void evaluate_by(PixelRect const& tile, View const& view, Tracking const& tracki
                     seen.field[3][i] = pixel.depth;
                 }
                 auto const& row = work.rows[b][y - static_cast<std::uint32_t>(part.at.row) - part.first];
-                set.template call<MakeRows<Depth>>(row, seen, rules.background, tracking.sums, work.made);
+                set.template call<MakeRows<Depth>>(row, seen, rules.background, tracking.sums, by_angle, work.made);
                 CellRows const* finished = &work.made;
                 if (cells) {
                     work.cells.add(work.made, tracking.cell);

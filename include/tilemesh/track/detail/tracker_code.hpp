@@ -24,7 +24,7 @@ TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scen
     : lens_(lens), options_(options), scale_(scale), last_(start), before_(start)
 {
     scene::check_camera(scene::make_camera(start, lens));
-    scene::check_no_fisheye(scene::make_camera(start, lens), "a pose's derivative");
+    scene::check_no_panorama(scene::make_camera(start, lens), "a pose's derivative");
     if (!std::isfinite(scale) || !(scale > 0.0))
         throw Error("a camera cannot be tracked from here (the median depth of the map is not finite, or not positive); start where the map "
                     "is seen");
