@@ -35,7 +35,8 @@ Moments sample_moments(std::vector<tilemesh::splat::Gaussian> const& gaussians, 
     double second[3][3] = {};
     for (auto const& p : points)
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) second[i][k] += p[static_cast<std::size_t>(i)] * p[static_cast<std::size_t>(k)] / static_cast<double>(points.size());
+            for (int k = 0; k < 3; ++k)
+                second[i][k] += p[static_cast<std::size_t>(i)] * p[static_cast<std::size_t>(k)] / static_cast<double>(points.size());
     // Whitened by the inverse of the Cholesky factor of their own covariance.
     double l[3][3] = {};
     for (int i = 0; i < 3; ++i)

@@ -17,8 +17,12 @@ using splat::Camera;
 using splat::Gaussian;
 using tests::StiffScene;
 
-constexpr char const* lenses[] = {"pinhole", "opencv,0.2624,-0.9531,-0.0054,0.0026,1.1633", "opencv,0.3,-0.1,0.001,-0.002,0.02,0.35,-0.05,0.01",
-                                  "fov,0.93", "fisheye,-0.02,0.01,-0.002,0.0003", "equirectangular"};
+constexpr char const* lenses[] = {"pinhole",
+                                  "opencv,0.2624,-0.9531,-0.0054,0.0026,1.1633",
+                                  "opencv,0.3,-0.1,0.001,-0.002,0.02,0.35,-0.05,0.01",
+                                  "fov,0.93",
+                                  "fisheye,-0.02,0.01,-0.002,0.0003",
+                                  "equirectangular"};
 /// The camera with a lens; those that see all round see 230 and 360 degrees from side to side.
 Camera through(char const* lens, Camera c)
 {
@@ -105,8 +109,8 @@ TEST_CASE("a rectangle holds every pixel whose ray has an alpha of alpha_min: ne
         CHECK(found.needed > 10'000);
         CHECK(found.worst < 5e-5);
         CHECK(found.boxes < 5 * found.needed); // a rectangle that is all of the picture would hold them, too
-        MESSAGE(lens << ": " << found.splats << " splats, " << found.boxes << " pixels of rectangles for " << found.needed << ", largest error of alpha "
-                     << found.worst);
+        MESSAGE(lens << ": " << found.splats << " splats, " << found.boxes << " pixels of rectangles for " << found.needed
+                     << ", largest error of alpha " << found.worst);
     }
 }
 
@@ -228,7 +232,8 @@ TEST_CASE("a panorama has no seam and no hole at its poles, and turns with its c
     double worst = 0;
     for (std::uint32_t y = 0; y < 64; ++y)
         for (std::uint32_t x = 0; x < 128; ++x)
-            for (std::uint32_t k = 0; k < 3; ++k) worst = std::max(worst, std::fabs(double{at(after, x, y, k)} - double{at(before, (x + 32) % 128, y, k)}));
+            for (std::uint32_t k = 0; k < 3; ++k)
+                worst = std::max(worst, std::fabs(double{at(after, x, y, k)} - double{at(before, (x + 32) % 128, y, k)}));
     CHECK(worst < 1e-4);
 }
 
@@ -238,9 +243,7 @@ TEST_CASE("programs that draw conics refuse a panorama, with a sentence")
     auto const said = tests::error_of([&] { (void)Renderer{scene::built_in_map()}.render(camera); });
     CHECK(said == "a panorama (this program of the tiles takes a Gaussian for a conic, which it is neither at a pole nor on both sides of the seam); "
                   "render it by exact rays: render_map --exact-rays, or splat::Exact");
-    auto const other = tests::error_of([&] {
-        (void)Renderer{scene::built_in_map(), {.program = report::Program::homes}}.render(camera);
-    });
+    auto const other = tests::error_of([&] { (void)Renderer{scene::built_in_map(), {.program = report::Program::homes}}.render(camera); });
     CHECK(other.substr(0, 12) == "a panorama (");
 }
 
@@ -259,7 +262,9 @@ TEST_CASE("what cannot be drawn is invisible: behind the near plane, too faint, 
         change(g);
         return visible(g);
     };
-    CHECK_FALSE(with([&](Gaussian& g) { for (std::size_t k = 0; k < 3; ++k) g.mean_world[k] = camera.position[k] - camera.rotation[2][k]; }));
+    CHECK_FALSE(with([&](Gaussian& g) {
+        for (std::size_t k = 0; k < 3; ++k) g.mean_world[k] = camera.position[k] - camera.rotation[2][k];
+    }));
     CHECK_FALSE(with([&](Gaussian& g) { g.opacity = 0.003f; }));
     for (float const v : {nan, infinity, -infinity}) {
         CHECK_FALSE(with([&](Gaussian& g) { g.mean_world[1] = v; }));
@@ -268,8 +273,12 @@ TEST_CASE("what cannot be drawn is invisible: behind the near plane, too faint, 
         CHECK_FALSE(with([&](Gaussian& g) { g.rotation[1] = v; }));
     }
     rules.dilation = 0;
-    CHECK_FALSE(with([&](Gaussian& g) { for (float& v : g.log_scale) v = -infinity; }));
-    CHECK(with([&](Gaussian& g) { for (float& v : g.log_scale) v = 80; })); // it fills the picture
+    CHECK_FALSE(with([&](Gaussian& g) {
+        for (float& v : g.log_scale) v = -infinity;
+    }));
+    CHECK(with([&](Gaussian& g) {
+        for (float& v : g.log_scale) v = 80;
+    })); // it fills the picture
 }
 
 } // namespace

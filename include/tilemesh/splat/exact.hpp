@@ -168,7 +168,8 @@ void blend_exactly(PixelRect const& tile, View const& view, std::uint32_t n, Spl
                 float const t = std::fabs(block.t[y][x]);
                 Blended b{{}, t, block.weight[y][x], block.depth[y][x]};
                 for (int k = 0; k < 3; ++k) b.rgb[k] = multiply_add(t, m.background[k], block.colour[k][y][x]);
-                pixels[(static_cast<std::uint32_t>(row + y) - tile.y0) * stride_px + (static_cast<std::uint32_t>(column + x) - tile.x0)] = Pixel::make(b);
+                pixels[(static_cast<std::uint32_t>(row + y) - tile.y0) * stride_px + (static_cast<std::uint32_t>(column + x) - tile.x0)] =
+                    Pixel::make(b);
             }
     }
 }

@@ -75,7 +75,7 @@ struct RingPart {
 /// The angles from an axis, and around it, that directions in a box have: e + a u + b v with |b| <= `side`, where e is at the angle with `cosine`,
 /// `sine` from the axis, and u leads away from it. Angles along great circles have their extremes at the ends of a line, or at a pole.
 struct PolarBox {
-    float low, high;           ///< angles from the axis
+    float low, high;            ///< angles from the axis
     float cosine_off, sine_off; ///< of the angle around it, to each side; -1 and 0 if the box holds a pole
 };
 inline PolarBox polar_box(float cosine, float sine, Bounds const& a, float side) noexcept
@@ -137,7 +137,8 @@ private:
         columns = span(across, c.fx, c.cx, c.width), rows = span(down, c.fy, c.cy, c.height);
     }
     /// Bounds of the mean's direction in the plane of directions: away from the axis with the cosine, sine, and to the side.
-    static bool of_directions(ExactFactor const& f, Float3 const& p, Float3 const& away, Float3 const& side, float radius2, Bounds& a, float& b) noexcept
+    static bool of_directions(ExactFactor const& f, Float3 const& p, Float3 const& away, Float3 const& side, float radius2, Bounds& a,
+                              float& b) noexcept
     {
         Bounds to_side;
         if (!range_of(f, away, p, 1, radius2, a) || !range_of(f, side, p, 1, radius2, to_side)) return false;
@@ -350,5 +351,5 @@ inline ExactSplat project_exact(Gaussian const& g, View const& view, TileSize co
     return out;
 }
 
-}}} // namespace tilemesh::splat
+}}} // namespace tilemesh::v0_2::splat
 TILEMESH_EXACT_END
