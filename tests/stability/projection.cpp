@@ -860,8 +860,9 @@ TEST_CASE("row 33: the Jacobian's clamp is a knob, and does nothing inside the f
         }
         CHECK(std::fabs(found[1] / right - 1) < 0.02);
         auto const n = naive::project(g, c); // always clamped
-        CHECK(std::sqrt(double(n.screen.a) - 0.3) / right < 0.75);
-        clamped += (clamped.empty() ? "" : " and ") + tenths(found[0]);
+        double const of_naive = std::sqrt(double(n.screen.a) - 0.3);
+        CHECK(of_naive / right < 0.75);
+        clamped += (clamped.empty() ? "" : " and ") + tenths(of_naive);
         open += (open.empty() ? "" : " and ") + tenths(found[1]);
         samples += (samples.empty() ? "" : " and ") + tenths(right);
     }
