@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,7 +12,6 @@
 #include <string>
 #include <string_view>
 #include <tilemesh/error.hpp>
-#include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/detail/json_values.hpp>
 #include <tilemesh/scene/detail/text_input.hpp>
 #include <tilemesh/scene/named_camera.hpp>
@@ -20,6 +20,8 @@
 #include <vector>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
+
+using PictureSizeOf = std::function<std::optional<Size>(std::string const&)>; ///< scene::PictureSizeOf (camera_json.hpp)
 
 /// The lens that a transforms.json gives, for all frames or for one; each field may be missing.
 struct TransformsLens {
