@@ -13,26 +13,15 @@ struct Mine { // all members of a machine
     static constexpr std::uint32_t tiles = 256, workers = 4, clock_khz = 500'000;
     static constexpr std::uint32_t sram_bytes = 32 * 1024, code_bytes = 8 * 1024; // of each tile: all; the part for code and stacks
 };
-struct Sizes {
-    std::uint32_t stock;
-};
-struct Stock : tilemesh::Buffer<std::uint32_t> {
-    static constexpr auto slots = &Sizes::stock;
-};
-struct Total {
-    std::uint32_t sum;
-};
+struct Sizes { std::uint32_t stock; };
+struct Stock : tilemesh::Buffer<std::uint32_t> { static constexpr auto slots = &Sizes::stock; };
+struct Total { std::uint32_t sum; };
 struct Add {
-    void operator()(Stock const& stock, Total& total) const noexcept
-    {
-        for (auto n : stock) total.sum += n;
-    }
+    void operator()(Stock const& stock, Total& total) const noexcept { for (auto n : stock) total.sum += n; }
 };
 using Adding = tilemesh::Repeat<Add>;
 
-struct Empty {
-    static constexpr Sizes sizes{0};
-};
+struct Empty { static constexpr Sizes sizes{0}; };
 struct Full { // as many slots as fit beside all other regions
     static constexpr Sizes sizes{(Mine::sram_bytes - tilemesh::bytes_needed<Mine, Adding, Empty>) / sizeof(std::uint32_t)};
 };
@@ -93,8 +82,7 @@ TEST_CASE("an assumed model takes any rate of bytes that has a price, and refuse
     auto const model = tilemesh::assumed_model<Mine>(0.5, 100);
     CHECK(source_of(model, "exchange_byte") == "assumed: a tile receives 0.5 bytes in a cycle; rounded to whole millicycles");
     for (double const rate : {0.0, -4.0, 2001.0, 0.000009, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
-        CHECK(has(error_of([&] { (void)byte_price(rate); }),
-                  " bytes in a cycle (a byte takes 1 to 100,000,000 thousandths of a cycle: a rate from 0.00001 to 2,000)"));
+        CHECK(has(error_of([&] { (void)byte_price(rate); }), " bytes in a cycle (a byte takes 1 to 100,000,000 thousandths of a cycle: a rate from 0.00001 to 2,000)"));
     CHECK(has(error_of([] { (void)byte_price(-2.5); }), "a tile cannot receive -2.5 bytes in a cycle"));
 }
 
@@ -105,8 +93,7 @@ TEST_CASE("an assumed model says which numbers are mk2's, and for how many worke
     for (std::string const name : {"pair", "pixel", "moving_pair", "moving_depth", "splat_motions", "row"}) {
         CAPTURE(name);
         CHECK(price_of(model, name) == price_of(mk2, name));
-        CHECK(source_of(model, name) ==
-              "kept from mk2, because all workers of a tile, here 4, issue one instruction a cycle together; " + source_of(mk2, name));
+        CHECK(source_of(model, name) == "kept from mk2, because all workers of a tile, here 4, issue one instruction a cycle together; " + source_of(mk2, name));
     }
     CHECK(source_of(model, "run") == "kept from mk2; " + source_of(mk2, "run"));
     CHECK(source_of(model, "exchange") == "kept from mk2; " + source_of(mk2, "exchange"));
