@@ -44,11 +44,11 @@ std::uint64_t of(Confidence const& c, PriceKind kind) { return c.cycles[static_c
 
 TEST_CASE("a source's first word says the kind, and a guess anywhere makes it one")
 {
-    for (auto const& [source, kind] : {std::pair("document: a guide", PriceKind::documented), {"measured by others: a trace", PriceKind::measured},
+    for (auto const& each : {std::pair("document: a guide", PriceKind::documented), {"measured by others: a trace", PriceKind::measured},
                                        {"arithmetic: 3 x 4", PriceKind::counted}, {"counted in our code", PriceKind::counted},
                                        {"fitted to Salad", PriceKind::fitted}, {"assumed", PriceKind::guessed}, {"a colleague", PriceKind::guessed},
                                        {"document: a guide; that it is 4 hops is a guess", PriceKind::guessed}, {"", PriceKind::guessed}})
-        CHECK_MESSAGE(kind_of_source(source) == kind, source);
+        CHECK_MESSAGE(kind_of_source(each.first) == each.second, each.first);
     CHECK(ModelParameter{"sync", 7, "cycles", "fitted to x"}.kind == PriceKind::fitted);
 }
 

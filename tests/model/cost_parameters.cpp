@@ -93,24 +93,24 @@ TEST_CASE("cost parameters: mk2's numbers by hand")
     CHECK(m.name == "mk2");
     CHECK(m.clock_khz == 1'325'000);
     CHECK(m.exchange_cost == ExchangeCost::capacity);
-    for (auto const& [name, millicycles] : std::map<std::string, std::uint64_t>{{"slot", 4 * 6000},         // 4 instructions in every 6th cycle
-                                                                                {"projection", 753 * 6000}, // 425 + 60 + 122 + 146
-                                                                                {"routed", 60 * 6000},      // (175 + 3 * 66 + 107) / 8
-                                                                                {"copied", 190 * 6000},     // (122 + 258) / 2
-                                                                                {"comparison", 30 * 6000},
-                                                                                {"pair", 30'882}, // 21 / 0.68 = 30.8824
-                                                                                {"pixel", 93'000},
-                                                                                {"left", 175 * 6000},
-                                                                                {"passed", 66 * 6000},
-                                                                                {"settled", 107 * 6000},
-                                                                                {"moving_pair", 206'118},   // (18.4 + 117) / 0.68 + 7 = 206.118
-                                                                                {"moving_depth", 26'471},   // 18 / 0.68
-                                                                                {"splat_motions", 715'000}, // 576 + 35 + 104
-                                                                                {"row", 254'000},           // 159 + 10 + 85
-                                                                                {"mean", 30 * 6000},        // 16 + 14
-                                                                                {"gradient", 308 * 6000},   // 188 + 15 + 105
-                                                                                {"host_byte", 42}})         // 1.325 GHz over 32 GB/s is 0.0414
-        CHECK_MESSAGE(price_of(m, name) == millicycles, name);
+    for (auto const& each : std::map<std::string, std::uint64_t>{{"slot", 4 * 6000},         // 4 instructions in every 6th cycle
+                                                                 {"projection", 753 * 6000}, // 425 + 60 + 122 + 146
+                                                                 {"routed", 60 * 6000},      // (175 + 3 * 66 + 107) / 8
+                                                                 {"copied", 190 * 6000},     // (122 + 258) / 2
+                                                                 {"comparison", 30 * 6000},
+                                                                 {"pair", 30'882}, // 21 / 0.68 = 30.8824
+                                                                 {"pixel", 93'000},
+                                                                 {"left", 175 * 6000},
+                                                                 {"passed", 66 * 6000},
+                                                                 {"settled", 107 * 6000},
+                                                                 {"moving_pair", 206'118},   // (18.4 + 117) / 0.68 + 7 = 206.118
+                                                                 {"moving_depth", 26'471},   // 18 / 0.68
+                                                                 {"splat_motions", 715'000}, // 576 + 35 + 104
+                                                                 {"row", 254'000},           // 159 + 10 + 85
+                                                                 {"mean", 30 * 6000},        // 16 + 14
+                                                                 {"gradient", 308 * 6000},   // 188 + 15 + 105
+                                                                 {"host_byte", 42}})         // 1.325 GHz over 32 GB/s is 0.0414
+        CHECK_MESSAGE(price_of(m, each.first) == each.second, each.first);
     CHECK(host_link_milliseconds(m, 32'000'000'000) == doctest::Approx(1000).epsilon(0.02));
     CHECK(host_link_milliseconds(m, 0) == 0);
     CHECK(host_link_milliseconds(CostModel{}, 1'000'000) == 0);

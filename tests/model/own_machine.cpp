@@ -76,9 +76,9 @@ std::string source_of(tilemesh::CostModel const& model, std::string const& name)
 
 TEST_CASE("an assumed model takes any rate of bytes that has a price, and refuses the others")
 {
-    for (auto const& [rate, price] :
+    for (auto const& each :
          {std::pair(4.0, 250u), {32.0, 31u}, {2.9, 345u} /* 344.8 */, {0.5, 2000u}, {2000.0, 1u} /* 0.5 */, {0.00001, 100'000'000u}})
-        CHECK_MESSAGE(byte_price(rate) == price, rate);
+        CHECK_MESSAGE(byte_price(each.first) == each.second, each.first);
     auto const model = tilemesh::assumed_model<Mine>(0.5, 100);
     CHECK(source_of(model, "exchange_byte") == "assumed: a tile receives 0.5 bytes in a cycle; rounded to whole millicycles");
     for (double const rate : {0.0, -4.0, 2001.0, 0.000009, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})

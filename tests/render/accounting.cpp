@@ -48,7 +48,7 @@ render::AnchoredSums sums()
 /// The report has these numbers in these fields.
 void has_counts(report::FrameReport const& r, std::map<std::string, std::uint64_t> const& expected)
 {
-    for (auto const& [name, count] : expected) CHECK_MESSAGE(report::total(r, name) == count, name);
+    for (auto const& each : expected) CHECK_MESSAGE(report::total(r, each.first) == each.second, each.first);
 }
 } // namespace
 

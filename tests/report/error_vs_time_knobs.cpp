@@ -146,26 +146,26 @@ bool same_rules(splat::Rules const& a, splat::Rules const& b)
 TEST_CASE("half precision: ties to even, subnormals, the largest")
 {
     constexpr float step = 0x1p-10f; // from 1 on: eleven bits
-    for (auto const& [given, kept] : {std::pair(1 + step, 1 + step),
-                                      {1 + step / 2, 1.0f}, // a tie, to the even
-                                      {1 + 3 * step / 2, 1 + 2 * step},
-                                      {1 + step / 2 + 0x1p-20f, 1 + step},
-                                      {-(1 + 3 * step / 2), -(1 + 2 * step)},
-                                      {2 - step / 4, 2.0f}, // up into the next power
-                                      {2049.0f, 2048.0f},
-                                      {2051.0f, 2052.0f},
-                                      {0.0f, 0.0f},
-                                      {0x1p-14f, 0x1p-14f}, // subnormal below that, steps of 2^-24
-                                      {0x1p-14f - 0x1p-24f, 0x1p-14f - 0x1p-24f},
-                                      {0x1p-14f - 0x1p-25f, 0x1p-14f},
-                                      {3 * 0x1p-25f, 0x1p-23f},
-                                      {0x1p-25f, 0.0f},
-                                      {0x1.8p-25f, 0x1p-24f},
-                                      {65504.0f, 65504.0f}, // the largest; beyond it there is no infinity
-                                      {65519.0f, 65504.0f},
-                                      {65536.0f, 65504.0f},
-                                      {-1e30f, -65504.0f}})
-        CHECK_MESSAGE(slope_of(given) == kept, given); // the slope is stored as it is
+    for (auto const& each : {std::pair(1 + step, 1 + step),
+                             {1 + step / 2, 1.0f}, // a tie, to the even
+                             {1 + 3 * step / 2, 1 + 2 * step},
+                             {1 + step / 2 + 0x1p-20f, 1 + step},
+                             {-(1 + 3 * step / 2), -(1 + 2 * step)},
+                             {2 - step / 4, 2.0f}, // up into the next power
+                             {2049.0f, 2048.0f},
+                             {2051.0f, 2052.0f},
+                             {0.0f, 0.0f},
+                             {0x1p-14f, 0x1p-14f}, // subnormal below that, steps of 2^-24
+                             {0x1p-14f - 0x1p-24f, 0x1p-14f - 0x1p-24f},
+                             {0x1p-14f - 0x1p-25f, 0x1p-14f},
+                             {3 * 0x1p-25f, 0x1p-23f},
+                             {0x1p-25f, 0.0f},
+                             {0x1.8p-25f, 0x1p-24f},
+                             {65504.0f, 65504.0f}, // the largest; beyond it there is no infinity
+                             {65519.0f, 65504.0f},
+                             {65536.0f, 65504.0f},
+                             {-1e30f, -65504.0f}})
+        CHECK_MESSAGE(slope_of(each.first) == each.second, each.first); // the slope is stored as it is
     // The factor's other two numbers are squared.
     CHECK(first_of(0.375f) == 0.375f);
     CHECK(first_of(1 + step / 2) == 1.0f);
