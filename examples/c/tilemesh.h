@@ -119,8 +119,7 @@ TILEMESH_C char const* tilemesh_cameras(tilemesh_handle* handle, char const* pat
  *   copies             "world", "screen" or "preset" (default): the records that bloom sends
  *   pixels             "float", "rgbx8" or "preset" (default): the framebuffers of the tiles
  *   lens               "pinhole" (default), or how the lens of the cameras bends the picture: "opencv,k1,k2,p1,p2,k3,k4,k5,k6",
- *                      "fisheye,k1,k2,k3,k4" or "fov,omega"; numbers at the end may be left out. Since version 5. A tracker
- *                      refuses a fisheye
+ *                      "fisheye,k1,k2,k3,k4" or "fov,omega"; numbers at the end may be left out. Since version 5
  *   background         [red, green, blue], each 0 to 1; default black
  *   difference         true: each frame is compared with the complete picture, see `tilemesh_pixels`; default false. The complete
  *                      picture has the same view, rules and tiles, and every tile has each Gaussian that touches it

@@ -107,6 +107,7 @@
 #include <tilemesh/scene/spz.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/bounded.hpp>
+#include <tilemesh/splat/exact.hpp>
 #include <tilemesh/splat/fitted.hpp>
 #include <tilemesh/splat/frame_program.hpp>
 #include <tilemesh/splat/lens_point.hpp>

@@ -77,7 +77,10 @@ class Package(unittest.TestCase):
             self.assertIn("there is no such lens", self.refused(lambda: renderer.set(lens="fish")))
             self.assertIn("folds within the picture", self.refused(lambda: renderer.render(
                 tilemesh.Camera(cameras["straight"].rotation, (0, 0, 0), 120, 120, 80, 48, lens="opencv,-3"))))
-            self.assertIn("fisheye", self.refused(lambda: renderer.track_begin(cameras["round"])))
+            self.assertIn("a panorama", self.refused(lambda: renderer.render(
+                tilemesh.Camera(cameras["straight"].rotation, (0, 0, 0), 25, 25, 80, 48, lens="equirectangular"))))
+            self.assertIn("a panorama", self.refused(lambda: renderer.track_begin(
+                tilemesh.Camera(cameras["straight"].rotation, (0, 0, 0), 25, 25, 80, 48, lens="equirectangular"))))
 
     def test_pictures_own_their_memory(self):
         renderer = tilemesh.Renderer(**SMALL, depth=True)

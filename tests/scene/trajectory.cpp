@@ -5,6 +5,7 @@
 #include <glm/matrix.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/number_text.hpp>
 #include <tilemesh/scene/trajectory.hpp>
 
 using namespace scene_test;

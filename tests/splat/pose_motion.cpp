@@ -87,7 +87,8 @@ reference::Derivative by_templates(std::vector<Words<A>> const& splats, View con
                 Real const dx = Real(x) + Real(0.5) - Real(c.cx) - s.mean_x, off = Real(y) + Real(0.5) - Real(c.cy) - s.mean_y - s.slope * dx;
                 Real const raw = splats[i].opacity * std::exp(s.along * dx * dx + s.across * off * off);
                 auto const& colour = splats[i].colour;
-                pose::MovingPaint<A> const paint{{colour[0], colour[1], colour[2]}, s.depth, places[i][0], places[i][1], places[i][2]};
+                pose::MovingPaint<A> const paint{{colour[0], colour[1], colour[2]}, s.depth, places[i][0], places[i][1], places[i][2],
+                                                    c.lens.kind == LensKind::fisheye};
                 auto const motion = [&](auto j) { return motions[i][decltype(j)::value]; };
                 pose::blend_moving_pair<true, A>(p, std::min(raw, Real(m.alpha_max)), true, !(raw > Real(m.alpha_max)), dx, off, paint, motion, pose::AllMotions{});
             }
@@ -319,7 +320,7 @@ TEST_CASE("pose motion: a pair that does not take part changes nothing, however 
     p.t = 0.5f;
     for (float& d : p.dt) d = 0.25f;
     auto const before = p;
-    pose::MovingPaint<F> const paint{{1, 1, 1}, 2, 1, 1, 1};
+    pose::MovingPaint<F> const paint{{1, 1, 1}, 2, 1, 1, 1, true};
     auto const motion = [](auto) { return pose::PowerMotion<F>{1e30f, 1e30f, 1e30f, -1e30f, 1e30f}; };
     // Off the splat's reach the products overflow: infinity, or infinity minus infinity.
     pose::blend_moving_pair<true, F>(p, 0.5f, false, false, 1e12f, 1e12f, paint, motion, pose::AllMotions{});
@@ -384,7 +385,7 @@ std::uint32_t different_fields(Blended const& b, std::uint32_t k, std::uint32_t 
         float const raw = c.opacity[s] * e[0], alpha = std::min(raw, m.alpha_max);
         bool takes_part = covered && alpha >= m.alpha_min && p.t >= m.transmittance_min;
         if (Stop::drops_crossing && takes_part && p.t - alpha * p.t < m.transmittance_min) p.t = -p.t, takes_part = false;
-        pose::MovingPaint<F> const paint{{c.red[s], c.green[s], c.blue[s]}, c.depth[s], c.view_x[s], c.view_y[s], c.ahead[s]};
+        pose::MovingPaint<F> const paint{{c.red[s], c.green[s], c.blue[s]}, c.depth[s], c.view_x[s], c.view_y[s], c.by_angle ? c.ahead[s] : 0.0f, c.by_angle};
         auto const motion = [&](auto j) {
             auto const& of = c.motion[decltype(j)::value];
             return pose::PowerMotion<F>{of[0][s], of[1][s], of[2][s], of[3][s], of[4][s]};

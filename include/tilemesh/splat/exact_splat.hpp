@@ -180,9 +180,9 @@ private:
     }
     void clear() noexcept { columns = rows = 0; }
 
-    /// The Jacobian of a lens of slopes is symmetric and positive definite up to its limit (scene::check_camera). So across a box of slopes, u has its
-    /// extremes at the left and the right edge, and v at the others. No pixel's ray is beyond the limit, so an edge that is farther out is as far as
-    /// the picture.
+    /// The Jacobian of a lens of slopes is symmetric and positive definite up to its limit (scene::check_camera). So across a box of slopes, u
+    /// has its extremes at the left and the right edge, and v at the others. No pixel's ray is beyond the limit, so an edge that is farther out
+    /// is as far as the picture.
     void of_slopes(ExactFactor const& f, Camera const& c, Float3 const& p, float radius2) noexcept
     {
         float const x = p.x / p.z, y = p.y / p.z;

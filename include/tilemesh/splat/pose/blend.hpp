@@ -17,13 +17,14 @@ struct MovingPixel {
     Real t, colour[3];                       ///< transmittance, the sum of w c
     Real dt[motions], dcolour[3][motions];
     Real z, x, y;                            ///< the sums of w times the means in view space; through a fisheye, of the depth and of the ray's x, y
-    Real ahead;                              ///< through a fisheye, of the ray's z; else it is 1 - T
+    Real ahead;                              ///< through a fisheye, of the ray's z
     Real dz[motions];                        ///< the sum of dw times the depth; the means' own motion follows from x, y and t
 };
 /// The words of a splat that a pair of a splat and a pixel needs, besides its power.
 template <class A>
 struct MovingPaint {
     typename A::Real colour[3], z, x, y, ahead;
+    bool by_angle = false; ///< through a fisheye: `ahead` counts
 };
 
 namespace detail {
@@ -62,7 +63,7 @@ TILEMESH_KERNEL void blend_pair(MovingPixel<A>& p, typename A::Real const& w, Mo
         p.z = A::multiply_add(w, paint.z, p.z);
         p.x = A::multiply_add(w, paint.x, p.x);
         p.y = A::multiply_add(w, paint.y, p.y);
-        p.ahead = A::multiply_add(w, paint.ahead, p.ahead);
+        if (paint.by_angle) p.ahead = A::multiply_add(w, paint.ahead, p.ahead);
     }
     p.t = p.t - w;
 }
@@ -165,7 +166,8 @@ template <std::uint32_t Size>
 struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<Size> {
     static constexpr std::uint32_t coefficients = 5;
     float along_depth[Size], across_depth[Size];
-    float depth[Size], view_x[Size], view_y[Size], ahead[Size];   ///< the mean in view space, and 1; or the distance and the ray of a fisheye
+    float depth[Size], view_x[Size], view_y[Size], ahead[Size];   ///< the mean in view space; or the distance and the ray of a fisheye
+    bool by_angle;                                                ///< a fisheye
     float motion[motions][coefficients][Size];
 
     template <std::uint32_t N, Column J>
@@ -185,19 +187,19 @@ struct alignas(splat::detail::vector_bytes) MovingChunk : splat::detail::Chunk<S
     {
         using A = splat::detail::FloatLanes<N>;
         using splat::detail::load;
+        by_angle = view.camera.lens.kind == LensKind::fisheye;
         for (std::uint32_t i = 0; i < n; i += N) {
             for (std::uint32_t k = i; k < i + N; ++k) depth[k] = depth_of_key(this->depth_key[k]);
             MovingSplat<A> const s{load<N>(this->mean_x + i), load<N>(this->mean_y + i), load<N>(depth + i),
                                    load<N>(this->along + i),  load<N>(this->slope + i),  load<N>(this->across + i),
                                    load<N>(along_depth + i),  load<N>(across_depth + i)};
             MotionBasis<A> const basis(s, view);
-            if (basis.by_angle) {
+            if (by_angle) {
                 splat::detail::store(view_x + i, basis.mean.ray.x), splat::detail::store(view_y + i, basis.mean.ray.y);
                 splat::detail::store(ahead + i, basis.mean.ray.z);
             } else {
                 splat::detail::store(view_x + i, splat::detail::Floats<N>(basis.sx * s.depth));
                 splat::detail::store(view_y + i, splat::detail::Floats<N>(basis.sy * s.depth));
-                splat::detail::store(ahead + i, A::all(1.0f));
             }
             complete_column<N, Column::rho_x>(i, basis);
             complete_column<N, Column::rho_y>(i, basis);
@@ -322,7 +324,8 @@ struct BlendMovingRow {
                     MovingPaint<A> paint{{broadcast<N>(c.red[i]), broadcast<N>(c.green[i]), broadcast<N>(c.blue[i])}, Floats<N>{}, Floats<N>{},
                                          Floats<N>{}, Floats<N>{}};
                     if constexpr (Depth) paint.z = broadcast<N>(c.depth[i]), paint.x = broadcast<N>(c.view_x[i]), paint.y = broadcast<N>(c.view_y[i]),
-                                         paint.ahead = broadcast<N>(c.ahead[i]);
+                                         paint.by_angle = c.by_angle;
+                    if (paint.by_angle) paint.ahead = broadcast<N>(c.ahead[i]);
                     alpha = A::select(takes_part, alpha, Floats<N>{});
                     std::uint32_t const at_pair = pairs.count++;
                     pairs.splat[at_pair] = i;
