@@ -34,7 +34,8 @@ inline splat::Lens lens_of_text(std::string_view text)
 {
     auto const refuse = [&](std::string const& why) {
         throw Error("the lens \"" + detail::shown(text, 80) + "\" (" + why +
-                    "); write opencv,k1,k2,p1,p2,k3,k4,k5,k6 or fisheye,k1,k2,k3,k4 or fov,omega or equirectangular; numbers at the end may be left out");
+                    "); write opencv,k1,k2,p1,p2,k3,k4,k5,k6 or fisheye,k1,k2,k3,k4 or fov,omega or equirectangular; numbers at the end may be left "
+                    "out");
     };
     detail::LensValues values;
     auto rest = text.substr(std::min(text.size(), text.find(',')));

@@ -84,7 +84,8 @@ void lens_radius(Lens const& lens, T r, T& distance, T& derivative) noexcept
 
 namespace detail {
 /// The series of sin x / x and of cos x in x^2, from the highest power down.
-inline constexpr float sine_terms[] = {-7.6471637e-13f, 1.6059044e-10f, -2.5052108e-8f, 2.7557319e-6f, -1.9841270e-4f, 8.3333333e-3f, -0.16666667f, 1.0f};
+inline constexpr float sine_terms[] = {-7.6471637e-13f, 1.6059044e-10f, -2.5052108e-8f, 2.7557319e-6f,
+                                       -1.9841270e-4f,  8.3333333e-3f,  -0.16666667f,   1.0f};
 inline constexpr float cosine_terms[] = {4.7794773e-14f, -1.1470746e-11f, 2.0876757e-9f, -2.7557319e-7f, 2.4801587e-5f, -1.3888889e-3f,
                                          4.1666667e-2f,  -0.5f,           1.0f};
 /// 2 tan(omega / 2), as the quotient of two series; the error is below 2e-6 of it up to 3 radians, and 1e-4 at 3.1.

@@ -254,7 +254,8 @@ struct Outcome {
 };
 
 /// The words by which a projection's derivative by the camera's pose differs from the splat's own words (pose/motion.hpp). u3 says how far each
-/// axis of the Gaussian reaches in depth: the third row of W R S, or through a fisheye its row along the ray. v1, v2 are the rows of V, and n = v2 - slope v1.
+/// axis of the Gaussian reaches in depth: the third row of W R S, or through a fisheye its row along the ray. v1, v2 are the rows of V, and n =
+/// v2 - slope v1.
 template <class A>
 struct PoseWords {
     static constexpr bool wanted = true;

@@ -73,13 +73,18 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
             if (k[i] != 0.0) return false;
         return true;
     };
-    if ((straight || panorama) && given && !fisheye) return refuse("its camera model is a " + std::string(panorama ? "panorama" : "pinhole") + "'s, and its coefficients are not 0");
+    if ((straight || panorama) && given && !fisheye)
+        return refuse("its camera model is a " + std::string(panorama ? "panorama" : "pinhole") + "'s, and its coefficients are not 0");
     if (fov && (fisheye || !only(1))) return refuse("its lens is FOV, and has more than omega (k1)");
     if (fisheye && !only(4)) return refuse("its lens is a fisheye, and has coefficients that a fisheye has not (k1 to k4)");
     // Some programs mean r^8 by the k4 of a perspective, OpenCV means its denominator.
     if (!fisheye && k[3] != 0.0 && k[4] == 0.0 && k[5] == 0.0 && values.model != "full_opencv")
         return refuse("the k4 of a perspective means two things; write \"camera_model\": \"FULL_OPENCV\" if it is that of OpenCV's denominator");
-    lens.kind = panorama ? splat::LensKind::equirectangular : fov ? splat::LensKind::fov : fisheye ? splat::LensKind::fisheye : given ? splat::LensKind::opencv : splat::LensKind::pinhole;
+    using splat::LensKind;
+    lens.kind = panorama ? LensKind::equirectangular
+                : fov    ? LensKind::fov
+                : fisheye ? LensKind::fisheye
+                          : given ? LensKind::opencv : LensKind::pinhole;
     for (std::size_t i = 0; i < 6; ++i) lens.k[i] = static_cast<float>(k[i]);
     for (std::size_t i = 0; i < 2; ++i) lens.p[i] = static_cast<float>(k[6 + i]);
     return lens;

@@ -212,7 +212,8 @@ private:
     TILEMESH_KERNEL static void move(FisheyePoint<A> const& at, typename A::Real (&du)[motions], typename A::Real (&dv)[motions]) noexcept
     {
         auto const moved = at.template moved<J>();
-        du[static_cast<std::uint32_t>(J)] = splat::detail::dot(at.row[0], moved), dv[static_cast<std::uint32_t>(J)] = splat::detail::dot(at.row[1], moved);
+        constexpr auto column = static_cast<std::uint32_t>(J);
+        du[column] = splat::detail::dot(at.row[0], moved), dv[column] = splat::detail::dot(at.row[1], moved);
     }
 };
 } // namespace detail

@@ -55,9 +55,9 @@ struct MakeRows {
             if constexpr (Depth) {
                 Floats<N> const seen = load<N>(target.field[3] + column), depth = p.z / weight, off = (depth - seen) / seen;
                 Words<N> deep = counts & (seen > 0.0f) & (A::magnitude(off) < most);
-                Floats<N> moves[motions] = {
-                    depth_motion<0>(p, weight, depth, by_angle), depth_motion<1>(p, weight, depth, by_angle), depth_motion<2>(p, weight, depth, by_angle),
-                    depth_motion<3>(p, weight, depth, by_angle), depth_motion<4>(p, weight, depth, by_angle), depth_motion<5>(p, weight, depth, by_angle)};
+                Floats<N> moves[motions] = {depth_motion<0>(p, weight, depth, by_angle), depth_motion<1>(p, weight, depth, by_angle),
+                                            depth_motion<2>(p, weight, depth, by_angle), depth_motion<3>(p, weight, depth, by_angle),
+                                            depth_motion<4>(p, weight, depth, by_angle), depth_motion<5>(p, weight, depth, by_angle)};
                 for (std::uint32_t j = 0; j < motions; ++j) {
                     moves[j] = moves[j] / seen;
                     if (j < 3) moves[j] = moves[j] * rules.scene_depth;
