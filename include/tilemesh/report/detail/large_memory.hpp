@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tilemesh/config.hpp>
 #include <vector>
 #if defined(__linux__)
 #include <sys/mman.h>

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <tilemesh/config.hpp>
 
 namespace tilemesh { inline namespace v0_2 { namespace scene::detail {
 
