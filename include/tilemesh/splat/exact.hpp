@@ -202,14 +202,14 @@ constexpr Setup make_exact() noexcept
     return s;
 }
 } // namespace detail
-inline constexpr Setup exact = detail::make_exact();
+inline constexpr Setup exact_setup = detail::make_exact();
 
 /// With harmonics up to `Degree`. Harmonics that a map does not have are zero.
 template <std::uint32_t Degree>
-struct ExactOf : SetupType<exact> {
+struct ExactOf : SetupType<exact_setup> {
     using Machine = Mk2;
     using Record = GaussianOfDegree<Degree>;
-    static constexpr Sizes sizes = detail::sizes_with<ExactSplat>(exact, Degree);
+    static constexpr Sizes sizes = detail::sizes_with<ExactSplat>(exact_setup, Degree);
     using Projected = ExactSplat;
     using Parameters = ExactParameters;
     using Blending = BlendExactly;
