@@ -192,6 +192,7 @@ private:
     }
 };
 
+/// The distance of a fisheye in the picture, by the angle from its axis.
 template <class A>
 struct DistanceOfAngle {
     Lens const& lens;
@@ -217,8 +218,8 @@ TILEMESH_KERNEL void sine_cosine(typename A::Real const& x, typename A::Real& si
 }
 
 /// The ray through a place in the picture: u and v from the principal point, in focal lengths. Its z is 1, or its length where the lens sees behind
-/// the camera. `seen` is false where the lens shows nothing; the ray has no meaning there. `Optics`: Pinhole or AnyLens.
-template <class A, class Optics = AnyLens>
+/// the camera. `seen` is false where the lens shows nothing; the ray has no meaning there.
+template <class A>
 struct LensRay {
     using Real = typename A::Real;
     Vector3<A> ray;
@@ -226,7 +227,7 @@ struct LensRay {
 
     TILEMESH_KERNEL LensRay(Camera const& c, Real const& u, Real const& v) noexcept : ray{u, v, A::all(1.0f)}, seen(u >= u)
     {
-        if (!Optics::bends || c.lens.kind == LensKind::pinhole) return;
+        if (c.lens.kind == LensKind::pinhole) return;
         Real const zero = A::all(0.0f), one = A::all(1.0f);
         if (c.lens.kind == LensKind::equirectangular) {
             Real sine, cosine, flat;

@@ -57,16 +57,16 @@ inline bool range_of(ExactFactor const& f, Float3 const& w, Float3 const& e, flo
     return out.high - out.low < 1e9f;
 }
 
-/// A part of a ring in the picture of a lens around its axis: distances from `near` to `far` focal lengths, at the directions that differ by at most
-/// an angle from (cosine, sine). `cosine_off`: of that angle; -1 if it is the whole ring.
+/// A part of a ring around a lens's axis, in its picture. It reaches from `inner` to `outer` focal lengths from the axis, and to each side of the
+/// direction (cosine, sine) by an angle with `cosine_off` and `sine_off`. `cosine_off` is -1 for the whole ring.
 struct RingPart {
-    float near, far, cosine, sine, cosine_off, sine_off;
+    float inner, outer, cosine, sine, cosine_off, sine_off;
     /// The largest first coordinate, where the ring's middle is turned to (c, s).
     float most(float c, float s) const noexcept
     {
-        if (cosine_off < 0 || c >= cosine_off) return far;
+        if (cosine_off < 0 || c >= cosine_off) return outer;
         float const end = multiply_add(c, cosine_off, std::fabs(s) * sine_off); // of the border that is nearer to the first axis
-        return end > 0 ? far * end : near * end;
+        return end > 0 ? outer * end : inner * end;
     }
     Bounds across() const noexcept { return {-most(-cosine, sine), most(cosine, sine)}; }
     Bounds down() const noexcept { return {-most(-sine, cosine), most(sine, cosine)}; }
