@@ -125,10 +125,10 @@ TEST_CASE("rays in lanes have the bits of one float, and point where those of do
         std::uint32_t other = 0, unlike = 0;
         for (std::uint32_t y = 0; y < c.height; y += 3)
             for (std::uint32_t x = 0; x < c.width; x += 8) {
-                splat::detail::Floats<8> u;
-                for (std::uint32_t i = 0; i < 8; ++i) u[i] = (static_cast<float>(x + i) + 0.5f - c.cx) / c.fx;
                 float const v = (static_cast<float>(y) + 0.5f - c.cy) / c.fy;
-                splat::detail::LensRay<FloatLanes<8>> const all(c, u, splat::detail::broadcast<8>(v));
+                splat::detail::Floats<8> u, same; // `broadcast` returns lanes: another ABI without AVX
+                for (std::uint32_t i = 0; i < 8; ++i) u[i] = (static_cast<float>(x + i) + 0.5f - c.cx) / c.fx, same[i] = v;
+                splat::detail::LensRay<FloatLanes<8>> const all(c, u, same);
                 for (std::uint32_t i = 0; i < 8; ++i) {
                     splat::detail::LensRay<OneFloat> const one(c, u[i], v);
                     float const lane[3] = {all.ray.x[i], all.ray.y[i], all.ray.z[i]}, own[3] = {one.ray.x, one.ray.y, one.ray.z};

@@ -320,7 +320,7 @@ private:
         if constexpr (by_reference)
             return {row};
         else
-            return typename P::Projected(s);
+            return typename P::Projected{s};
     }
 
     Records const& records_;
