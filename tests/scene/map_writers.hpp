@@ -640,8 +640,8 @@ struct PackedSog {
             set(4, {r.colour[0], r.colour[1], r.colour[2], r.colour[3]});
             set(5, {r.label & 255u, r.label / 256u, 0, 255});
         }
-        char const* const names[6] = {"means_l", "means_u", "scales", "quats", "sh0", "shN_labels"};
-        for (std::size_t i = 0; i < (degree == 0 ? 5u : 6u); ++i) out[std::string(names[i]) + ".webp"] = packing.webp(width, height, pixels[i]);
+        char const* const planes[6] = {"means_l", "means_u", "scales", "quats", "sh0", "shN_labels"};
+        for (std::size_t i = 0; i < (degree == 0 ? 5u : 6u); ++i) out[std::string(planes[i]) + ".webp"] = packing.webp(width, height, pixels[i]);
         if (degree != 0) {
             std::size_t const k = coefficients_of(degree) / 3, lines = (palette.size() + 63) / 64;
             Bytes centroids(4 * 64 * k * lines, '\xff');
