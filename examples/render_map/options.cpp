@@ -108,6 +108,10 @@ constexpr Pairing pairings[] = {
     {Pairing::needs, "energy", "trace", "energy is counted from a trace"},
     {Pairing::needs, "follow", "trace", "what is followed is written beside a trace"},
     {Pairing::excludes, "exact-rays", "bound", "the bound is that of conics"},
+    {Pairing::needs, "rolling-shutter", "trajectory", "it says how the camera moves"},
+    {Pairing::excludes, "rolling-shutter", "exact-rays", "its rays start from one place"},
+    {Pairing::excludes, "rolling-shutter", "bound", "it bounds the projection of a camera at rest"},
+    {Pairing::excludes, "rolling-shutter", "certify", "it encloses the projection of a camera at rest"},
     {Pairing::excludes, "exact-rays", "certify", "what is enclosed are conics"},
     {Pairing::excludes, "exact-rays", "trace", "its mesh keeps no trace"},
     {Pairing::excludes, "exact-rays", "preset", "it is a program with sizes of its own"},
@@ -236,6 +240,9 @@ constexpr char const* notes =
     "    EuRoC    timestamp,px,py,pz,qw,qx,qy,qz, in nanoseconds\n"
     "    KITTI    the 12 numbers of a 3x4 matrix, row by row\n"
     "    Replica  the 16 numbers of a 4x4 matrix, row by row\n"
+    "  --rolling-shutter takes the motion between the poses before and after each, from their time\n"
+    "  stamps. A pose is that of the row of the picture's centre. For a picture between two poses give\n"
+    "  both as a trajectory, and --frames 1.\n"
     "  Machines: a line `machine NAME`, then one number per line, `NUMBER VALUE UNIT SOURCE`, as\n"
     "  examples/machines/bow.txt: tiles, SRAM, code, workers, clock, barrier, exchange. A preset that\n"
     "  does not fit there gets smaller channels, and storage takes the rest. The report has the name of\n"

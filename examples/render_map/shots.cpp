@@ -82,15 +82,25 @@ std::vector<Shot> make_shots(Options const& options, MapShape const& map, std::v
     shared::add_notes(notes, *options.trajectory, scene::trajectory_notes(trajectory));
     if (!options.cameras)
         notes.push_back("the lens is a guess (a trajectory says none): name yours with --cameras FILE --camera NAME");
+    auto const lens = scene::lens_of(start.camera);
+    std::vector<tilemesh::splat::Shutter> shutters(trajectory.size());
+    if (options.rolling_shutter) {
+        if (!trajectory.has_stamps())
+            throw tilemesh::Error("--rolling-shutter with " + options.trajectory->string() +
+                                  " (it has no time stamps, so nobody knows how fast the camera moves); give poses of TUM or EuRoC");
+        for (std::size_t i = 0; i < trajectory.size(); ++i) shutters[i] = scene::shutter_at(trajectory, i, *options.rolling_shutter, lens);
+    }
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < trajectory.size(); i += options.step()) trajectory[kept++] = trajectory[i];
+    for (std::size_t i = 0; i < trajectory.size(); i += options.step()) shutters[kept] = shutters[i], trajectory[kept++] = trajectory[i];
     trajectory.resize(kept);
     if (options.frames != 0 && options.frames < trajectory.size()) trajectory.resize(options.frames);
     trajectory = options.relative ? scene::relative_to_first(std::move(trajectory), scene::pose_of(start.camera))
                                   : scene::relative_to_origin(std::move(trajectory), map.origin);
-    for (auto const& [seconds, pose] : trajectory)
-        add(options.trajectory->stem().string(), scene::make_camera(pose, scene::lens_of(start.camera)),
-            trajectory.has_stamps() ? std::optional(seconds) : std::nullopt);
+    for (auto const& [seconds, pose] : trajectory) {
+        auto camera = scene::make_camera(pose, lens);
+        camera.shutter = shutters[shots.size()];
+        add(options.trajectory->stem().string(), camera, trajectory.has_stamps() ? std::optional(seconds) : std::nullopt);
+    }
     return shots;
 }
 

@@ -64,7 +64,9 @@ inline constexpr Option<MotionInput> motion_rows[] = {
     input<&MotionInput::trajectory>("trajectory", "FILE", "poses, camera to world (see below)"),
     words<&MotionInput::trajectory_format>("trajectory-format", "NAME", "the form of that file: {} [the file tells it]", trajectory_formats),
     option<&MotionInput::every>("every", "N", "every Nth pose or picture, from the first [1]", {1, any_number}),
-    option<&MotionInput::relative>("relative", "", "move the camera as the trajectory moves from its first pose")};
+    option<&MotionInput::relative>("relative", "", "move the camera as the trajectory moves from its first pose"),
+    option<&MotionInput::rolling_shutter>("rolling-shutter", "SECONDS",
+                                          "the camera reads the rows of a picture in so many seconds, and moves meanwhile (see below)", {1e-9, 10}, {}, "0.03")};
 inline constexpr Pairing motion_pairings[] = {{Pairing::needs, "relative", "trajectory", "it says how to read a trajectory"},
                                               {Pairing::needs, "trajectory-format", "trajectory", "it says how to read a trajectory"},
                                               {Pairing::excludes, "orbit", "trajectory", "each moves the camera"}};

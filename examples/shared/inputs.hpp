@@ -109,6 +109,7 @@ struct MotionInput {
     std::optional<tilemesh::scene::TrajectoryFormat> trajectory_format; ///< empty: the file tells it
     std::optional<std::uint32_t> every; ///< every so many-th pose, picture or camera by name, from the first; empty: all
     bool relative = false;
+    std::optional<double> rolling_shutter; ///< seconds in which the rows are read; empty: all at once
     std::uint32_t step() const noexcept { return every.value_or(1); }
 };
 

@@ -184,6 +184,9 @@ inline scene::Trajectory poses_of(SequenceOptions const& o, FirstCamera const& c
     std::size_t of_first = 0; // the pose of the first picture
     auto poses = scene::load_trajectory(*o.trajectory, scene::most_poses, o.trajectory_format);
     add_notes(notes, *o.trajectory, scene::trajectory_notes(poses));
+    if (o.rolling_shutter && !poses.has_stamps())
+        throw tilemesh::Error("--rolling-shutter with " + o.trajectory->string() +
+                              " (it has no time stamps, so nobody knows how fast the camera moves); give poses of TUM or EuRoC");
     if (o.photos && !poses.has_stamps()) {
         if (auto const rows = poses.size() + poses.left_out; rows != list.size())
             throw tilemesh::Error(o.trajectory->string() + " does not say which picture a pose belongs to (it has no time stamps, and " +
@@ -310,18 +313,23 @@ public:
         return scene::pose_of(scene::make_camera(path_[std::uint64_t{k} * options_.step()].pose, lens_));
     }
     /// The picture as it is before it is spoilt.
-    RgbdPhoto clean(std::size_t k) const { return render_(scene::make_camera(path_[std::uint64_t{k} * options_.step()].pose, lens_)); }
+    RgbdPhoto clean(std::size_t k) const
+    {
+        auto const at = std::uint64_t{k} * options_.step();
+        return render_(scene::make_camera(path_[at].pose, lens_at(at)));
+    }
     SeenFrame take(std::size_t k) const
     {
         auto const at = std::uint64_t{k} * options_.step();
         auto const [seconds, pose] = path_[at];
-        auto target = render_(scene::make_camera(pose, lens_));
+        auto const lens = lens_at(at);
+        auto target = render_(scene::make_camera(pose, lens));
         if (spoiling_.shutter > 0.0) {
             auto const step = velocity(at);
             auto const three = track::shutter_poses(track::moved(pose, {-step.rho, -step.phi}), pose, track::moved(pose, step),
                                                     spoiling_.shutter);
-            std::vector<report::Image> pictures{render_(scene::make_camera(three[0], lens_)).colour, std::move(target.colour),
-                                                render_(scene::make_camera(three[2], lens_)).colour};
+            std::vector<report::Image> pictures{render_(scene::make_camera(three[0], lens)).colour, std::move(target.colour),
+                                                render_(scene::make_camera(three[2], lens)).colour};
             target.colour = track::mean_of(pictures);
         }
         track::spoil(target.colour, target.depth, k, spoiling_, options_.threads);
@@ -329,6 +337,12 @@ public:
     }
 
 private:
+    scene::Intrinsics lens_at(std::uint64_t i) const
+    {
+        auto lens = lens_;
+        if (options_.rolling_shutter) lens.shutter = scene::shutter_at(path_, static_cast<std::size_t>(i), *options_.rolling_shutter, lens);
+        return lens;
+    }
     /// The camera's motion in a frame's time: the mean of the steps to pose i and from it. So the middle of the exposure is the pose itself,
     /// also where the steps jitter.
     track::Twist velocity(std::uint64_t i) const

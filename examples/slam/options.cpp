@@ -39,6 +39,7 @@ OptionTable table_of(Options& o)
                  "folder for map.ply, estimated.tum, truth.tum, cameras.json and keyframes.json [.]");
     table.add("What comes out", o, outputs);
     table.without("no-depth", "a map needs depths");
+    table.without("rolling-shutter", "the derivative by the map takes a picture as seen at once");
     table.add("Mapping", o, rows);
     table.add("The host", o, host_rows);
     table.pair({{Pairing::excludes, "photos", "render", "they exclude each other: pictures come from one of them"},

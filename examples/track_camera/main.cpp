@@ -59,6 +59,7 @@ struct Outcome {
     std::vector<scene::StampedPose> estimated, truth;
     std::vector<bool> is_lost;                  ///< of each of `estimated`
     std::vector<scene::Pose> estimates, truths; ///< of the tracked frames with a known truth
+    tilemesh::splat::Shutter shutter{};         ///< of the last frame
     std::string frames;                         ///< of the report
     double all_ms = 0.0;
     std::uint64_t evaluations = 0;
@@ -93,6 +94,7 @@ void track_one(Options const& o, std::size_t k, shared::SeenFrame seen, track::T
     out.is_lost.push_back(lost);
     out.retried += again;
     out.estimated.push_back({seen.seconds, f.pose});
+    out.shutter = f.shutter;
     double degrees = NAN, off = NAN;
     std::string off_by;
     if (seen.truth) {
@@ -194,6 +196,7 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
     track::TrackerOptions how;
     how.method = o.method;
     how.rows_per_pixel = o.depth ? 4.0 : 3.0;
+    how.readout = o.rolling_shutter.value_or(0.0);
     track::Tracker tracker{lens, scale, start, how};
 
     std::optional<track_camera::PhotoWriter> photos;
@@ -202,8 +205,9 @@ int track_all(Options const& o, Source const& source, tilemesh::Renderer& render
     report::Image last;
     auto const write = [&] {
         write_all(o, source, lens, photos ? &*photos : nullptr, out, scale, map.origin, printer);
-        shared::write_png(o.out / "residual.png",
-                          report::error_picture(renderer.render(scene::make_camera(out.estimated.back().pose, lens)).image, last));
+        auto shown_last = scene::make_camera(out.estimated.back().pose, lens);
+        shown_last.shutter = out.shutter;
+        shared::write_png(o.out / "residual.png", report::error_picture(renderer.render(shown_last).image, last));
     };
     auto const count = std::min<std::size_t>(source.count(), o.frames);
     shared::Pace const pace(0, count);

@@ -175,6 +175,7 @@ private:
     {
         auto const& o = options_.refine;
         scene::check_no_panorama(camera, "an insertion");
+        scene::check_no_shutter(camera, "an insertion");
         auto const tiling = splat::make_tiling(camera.width, camera.height, o.view.tile.tile_width, o.view.tile.tile_height);
         detail::expect_tiles(camera, tiling, mesh_.grid());
         mesh_.template broadcast<splat::map::StepParameters>() = {splat::make_view(camera, o.rules), tiling, o.view.loss, rates, o.decays,

@@ -28,7 +28,8 @@ inline Vector cross(Vector const& a, Vector const& b) noexcept
 /// A Gaussian before rays, in view space: `whitening` takes space to units of its standard deviations, and `mean` is its mean there.
 struct RayGaussian {
     Matrix3 whitening;           ///< lower triangular
-    Vector mean, towards;        ///< `towards`: a ray whose product with it is positive comes nearest to the mean in front of the camera
+    Vector place;                ///< the mean, in view space
+    Vector mean;                 ///< whitened: a ray whose product with it is positive there comes nearest to the mean in front of the camera
     Vector direction;            ///< of the mean, in view space
     double sine, cosine;         ///< of the cone around `direction` that holds all rays with an alpha of alpha_min or more
     double depth, opacity, most; ///< `most`: the square of the response's radius, in standard deviations, where alpha is alpha_min
@@ -62,9 +63,21 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
             to_view[i][j] = camera.rotation[i][j];
             p[i] += to_view[i][j] * (double{g.mean_world[j]} - camera.position[j]);
         }
-    double const at[3] = {p[0], p[1], p[2]};
-    auto const point = splat::through_lens<double>(camera, at);
+    // With a rolling shutter, the picture's dilation and the depth are those of the mean's own row.
+    double const first[3] = {p[0], p[1], p[2]};
+    double at[3] = {p[0], p[1], p[2]}, row = 0;
+    bool const rolls = camera.shutter.rolls();
+    if (rolls) row = splat::row_of_point<double>(camera, first), splat::RowPose<double>(camera.shutter, row).seen(first, at);
+    auto point = splat::through_lens<double>(camera, at);
     if (!point.seen || !(point.depth > camera.near_depth)) return false;
+    if (rolls) {
+        splat::shear_by_rows<double>(camera, row, at, point.by);
+        splat::RowPose<double> const pose(camera.shutter, row); // covectors of the row's axes, in those of row 0
+        for (auto& by : point.by) {
+            double const own[3] = {by[0], by[1], by[2]};
+            for (int j = 0; j < 3; ++j) by[j] = own[0] * pose.turn[0][j] + own[1] * pose.turn[1][j] + own[2] * pose.turn[2][j];
+        }
+    }
     double largest = 0;
     for (float const s : g.log_scale) largest = std::max(largest, std::exp(double{s}));
     Matrix3 scale{};
@@ -89,11 +102,13 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
             covariance[i][j] += double{rules.dilation} * (one(i) * one(j) + two(i) * two(j));
         }
     if (!whiten(covariance, out.whitening)) return false;
+    out.place = p;
     out.mean = times(out.whitening, p);
-    out.towards = times(transpose(out.whitening), out.mean);
     out.most = 2 * std::log(opacity / alpha_min);
     // The Gaussian's ellipsoid lies in a ball of this radius: the largest eigenvalue of a covariance is below its trace.
-    double const radius = std::sqrt(out.most * (covariance[0][0] + covariance[1][1] + covariance[2][2]));
+    auto const& move = camera.shutter.move;
+    double const moves = rolls ? camera.shutter.reach * std::hypot(double{move[0]}, double{move[1]}, double{move[2]}) : 0; // other rows stand elsewhere
+    double const radius = std::sqrt(out.most * (covariance[0][0] + covariance[1][1] + covariance[2][2])) + moves;
     double const distance = std::sqrt(dot(p, p));
     out.direction = {p[0] / distance, p[1] / distance, p[2] / distance};
     out.sine = radius < distance ? radius / distance : 1;
@@ -134,11 +149,20 @@ Image render_exact_rays(Records const& gaussians, splat::Camera const& camera_of
         std::array<Vector, side * side> rays;
         Vector axis{};
         std::size_t n = 0;
+        std::array<Vector, side> from{}; // where a row's camera stands, in view space
         for (std::uint32_t y = y0; y < y1; ++y)
             for (std::uint32_t x = x0; x < x1; ++x, ++n) {
                 double d[3];
                 rays[n] = {};
                 if (!splat::ray_of<double>(camera, x + 0.5 - camera.cx, y + 0.5 - camera.cy, d)) continue;
+                if (camera.shutter.rolls()) {
+                    splat::RowPose<double> const row(camera.shutter, (y + 0.5 - camera.cy) / camera.fy);
+                    double const own[3] = {d[0], d[1], d[2]};
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        d[k] = row.turn[0][k] * own[0] + row.turn[1][k] * own[1] + row.turn[2][k] * own[2];
+                        from[y - y0][k] = row.place[k];
+                    }
+                }
                 double const size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
                 for (std::size_t k = 0; k < 3; ++k) rays[n][k] = d[k] / size, axis[k] += rays[n][k];
             }
@@ -167,8 +191,14 @@ Image render_exact_rays(Records const& gaussians, splat::Camera const& camera_of
                 double left = 1, sum[3] = {0, 0, 0}, deep = 0;
                 for (std::size_t const i : list) {
                     auto const& g = seen[i];
-                    if (!(dot(g.towards, ray) > 0)) continue; // the nearest point is behind the camera
-                    auto const d = times(g.whitening, ray), away = cross(g.mean, d);
+                    auto mean = g.mean;
+                    if (camera.shutter.rolls()) {
+                        auto const& c = from[y - y0];
+                        mean = times(g.whitening, {g.place[0] - c[0], g.place[1] - c[1], g.place[2] - c[2]});
+                    }
+                    auto const d = times(g.whitening, ray);
+                    if (!(dot(mean, d) > 0)) continue; // the nearest point is behind the camera
+                    auto const away = cross(mean, d);
                     double const squared = dot(away, away) / dot(d, d);
                     if (!(squared <= g.most)) continue;
                     double const alpha = std::min(g.opacity * std::exp(-0.5 * squared), double{rules.alpha_max});

@@ -118,11 +118,25 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
             world_to_view[i][j] = camera.rotation[i][j];
             view[i] += world_to_view[i][j] * (double{gaussian.mean_world[j]} - camera.position[j]);
         }
-    bool const bends = camera.lens.kind != splat::LensKind::pinhole;
+    bool const bends = camera.lens.kind != splat::LensKind::pinhole, rolls = camera.shutter.rolls();
     splat::LensPoint<double> point{};
+    auto bounded = camera;
+    splat::bound_lens(bounded);
+    double row = 0;
+    if (rolls) { // in the view space of the mean's own row
+        double const first[3] = {view[0], view[1], view[2]};
+        row = splat::row_of_point<double>(bounded, first);
+        splat::RowPose<double> const pose(bounded.shutter, row);
+        double own[3];
+        pose.seen(first, own);
+        Matrix3 turn{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            view[i] = own[i];
+            for (std::size_t j = 0; j < 3; ++j) turn[i][j] = pose.turn[i][j];
+        }
+        world_to_view = turn * world_to_view;
+    }
     if (bends) {
-        auto bounded = camera;
-        splat::bound_lens(bounded);
         point = splat::through_lens<double>(bounded, {view[0], view[1], view[2]});
         if (!point.seen) return std::nullopt;
     }
@@ -151,6 +165,12 @@ std::optional<ReferenceSplat> project_reference(Record const& gaussian, splat::C
     Matrix3 jacobian{{{camera.fx / z, 0.0, -camera.fx * slope_x / z}, {0.0, camera.fy / z, -camera.fy * slope_y / z}, {0.0, 0.0, 0.0}}};
     for (std::size_t i = 0; bends && i < 2; ++i)
         for (std::size_t j = 0; j < 3; ++j) jacobian[i][j] = point.by[i][j];
+    if (rolls) {
+        double by[2][3];
+        for (std::size_t i = 0; i < 6; ++i) by[i / 3][i % 3] = jacobian[i / 3][i % 3];
+        splat::shear_by_rows<double>(bounded, row, {view[0], view[1], view[2]}, by);
+        for (std::size_t i = 0; i < 6; ++i) jacobian[i / 3][i % 3] = by[i / 3][i % 3];
+    }
     auto const to_screen = jacobian * world_to_view;
     auto const covariance = to_screen * sigma * transpose(to_screen);
     double const xx = covariance[0][0] + rules.dilation;

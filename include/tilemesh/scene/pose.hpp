@@ -22,6 +22,7 @@ struct Intrinsics {
     float near_depth;
     std::uint32_t width, height;
     splat::Lens bend{};
+    splat::Shutter shutter{};
 };
 
 /// The position and orientation of a camera, in double precision. A world point p has the camera coordinates `rotation * (p - position)`
@@ -69,13 +70,23 @@ TILEMESH_HOST std::string fault_of_lens(Intrinsics const& lens);
 
 /// Throws `Error` for a camera that no frame can be rendered with: a number that is not finite, a rotation that is mirrored or not
 /// orthonormal within 1e-3, a focal length below a thousandth of the picture's side or above 2^24 pixels, a centre more than 2^24 pixels
-/// away, a near plane that is not positive, a lens with a coefficient that is not finite or above 1e6, an omega outside (0, 3], and a lens that
-/// folds within the picture. Requires sides from 1 to 65535.
+/// away, a near plane that is not positive, a lens with a coefficient that is not finite or above 1e6, an omega outside (0, 3], a lens that
+/// folds within the picture, and a shutter with a number that is not finite or in whose time the camera turns by more than 1 radian
+/// on either side of the centre. Requires sides from 1 to 65535.
 TILEMESH_HOST void check_camera(splat::Camera const& camera);
-/// Throws `Error` for a camera whose lens bends the picture. `who`: what knows pinholes alone, as "a derivative".
+/// Throws `Error` for a camera whose lens bends the picture, and for a rolling shutter. `who`: what knows pinholes alone, as "a derivative".
 TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who);
 /// Throws `Error` for a panorama. `who`: what draws conics or derives them, as "a derivative".
 TILEMESH_HOST void check_no_panorama(splat::Camera const& camera, char const* who);
+/// Throws `Error` for a rolling shutter. `who`: what takes a picture as seen at once, as "an insertion".
+TILEMESH_HOST void check_no_shutter(splat::Camera const& camera, char const* who);
+
+/// The rolling shutter of a camera with this lens that goes from one pose to another, at constant velocities of turn and of place, in `share` of the
+/// time in which it reads its rows, from the top: 1 for the poses of the first and the last row. With time stamps it is their difference over
+/// the time of reading. `at`: the camera's pose, that of the row of its centre.
+TILEMESH_HOST splat::Shutter rolling_shutter(Pose const& from, Pose const& to, double share, Intrinsics const& lens, Pose const& at);
+/// The camera whose first row has one pose and whose last row the other.
+TILEMESH_HOST splat::Camera rolling_camera(Pose const& first, Pose const& last, Intrinsics lens);
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle
 /// outside (0, 180) or a side outside 1..65535.

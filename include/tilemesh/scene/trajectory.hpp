@@ -112,6 +112,19 @@ TILEMESH_HOST std::vector<std::string> trajectory_notes(Trajectory const& trajec
 /// camera's right stays a step to its right. Pose 0 is `start`, bit for bit. No error accumulates over k.
 TILEMESH_HOST Trajectory relative_to_first(Trajectory trajectory, Pose const& start);
 
+/// The rolling shutter of the camera at pose i of a path: a `Trajectory`, or anything with its [] and size(). The camera moves as from the pose
+/// before to the pose after it, and reads its rows in `readout` seconds. A time stamp is that of the row of the picture's centre. Throws
+/// `Error` if these time stamps do not rise, or the path has one pose.
+template <class Path>
+splat::Shutter shutter_at(Path const& path, std::size_t i, double readout, Intrinsics const& lens)
+{
+    auto const from = path[i > 0 ? i - 1 : i], to = path[i + 1 < path.size() ? i + 1 : i];
+    if (!(to.seconds > from.seconds))
+        throw Error("the rolling shutter of pose " + std::to_string(i + 1) + " (the time stamps around it do not rise, so nobody knows how fast the "
+                    "camera moves); give poses with time stamps, in their order");
+    return rolling_shutter(from.pose, to.pose, (to.seconds - from.seconds) / readout, lens, path[i].pose);
+}
+
 }}} // namespace tilemesh::scene
 
 #if !defined(TILEMESH_COMPILED)

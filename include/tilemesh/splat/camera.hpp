@@ -10,8 +10,8 @@ namespace tilemesh { inline namespace v0_2 { namespace splat {
 ///
 /// `rotation` holds the rows of the world-to-camera rotation. `position` is the camera centre c in world space, so a point p in view space
 /// is R (p - c). The other form, R p + t, is wrong by up to 62 pixels at coordinates of 1e6 (tests/stability/projection.cpp, row 30).
-/// Lengths are in world units; fx, fy, cx, cy, width and height are in pixels. Cost: 120 bytes a tile, 44 of them for the lens, sent by the
-/// host once a frame.
+/// Lengths are in world units; fx, fy, cx, cy, width and height are in pixels. Cost: 148 bytes a tile, 44 of them for the lens and 28 for a
+/// rolling shutter, sent by the host once a frame.
 struct Camera {
     float rotation[3][3];
     float position[3];
@@ -19,8 +19,9 @@ struct Camera {
     float near_depth;
     std::uint32_t width, height;
     Lens lens{};
+    Shutter shutter{};
 };
-static_assert(sizeof(Camera) == 76 + sizeof(Lens) && std::is_trivially_copyable_v<Camera>, "a camera is plain words");
+static_assert(sizeof(Camera) == 76 + sizeof(Lens) + sizeof(Shutter) && std::is_trivially_copyable_v<Camera>, "a camera is plain words");
 
 /// Are both cameras equal in every bit? Then the view is static.
 inline bool same_view(Camera const& a, Camera const& b) noexcept

@@ -48,6 +48,22 @@ struct Lens {
 };
 static_assert(sizeof(Lens) == 44 && std::is_trivial_v<Lens>, "a lens is plain words");
 
+/// A rolling shutter: the rows of a picture are exposed one after the other, and the camera moves meanwhile. Time is v = (y - cy) / fy, the place
+/// of a row in focal lengths, so windows and other sizes of a picture have the same numbers. The pose of a camera is that of the row v = 0;
+/// in the axes of that pose, the camera of row v has turned by the rotation vector v `turn` (radians) and moved by v `move` (world
+/// units): p in view space is there exp(-v turn) (p - v move). All zeros: the picture is exposed at once.
+///
+/// A splat is drawn as the camera of its mean's row sees it, with the shear that the motion gives it (`splat/projection.hpp`); colours that
+/// depend on the direction are those of the row v = 0. What moves down the picture as fast as the rows are read is not drawn. `reach`, the
+/// largest |v| of a row, follows from the camera as a lens's limit does; leave it 0. At most 1 radian of turn at `reach`.
+struct Shutter {
+    float turn[3], move[3];
+    float reach;
+
+    bool rolls() const noexcept { return turn[0] != 0 || turn[1] != 0 || turn[2] != 0 || move[0] != 0 || move[1] != 0 || move[2] != 0; }
+};
+static_assert(sizeof(Shutter) == 28 && std::is_trivial_v<Shutter>, "a shutter is plain words");
+
 /// The cameras that a kernel projects through: pinholes alone, or any. A program of pinholes has no code for lenses. A program's
 /// parameters say which (`bends`); a host refuses a lens that its tiles do not know.
 struct Pinhole {

@@ -100,4 +100,62 @@ bool ray_of(Camera const& camera, T across, T down, T (&ray)[3]) noexcept
     return lens.ends == 0 || x * x + y * y < T(lens.limit) * T(lens.limit);
 }
 
+/// The camera of the row v (Shutter), in the axes of the camera's pose: `turn` takes them to the row's axes, `place` is where it stands.
+template <class T>
+struct RowPose {
+    T turn[3][3], place[3];
+
+    RowPose(Shutter const& s, T v) noexcept
+    {
+        T const w[3] = {-v * s.turn[0], -v * s.turn[1], -v * s.turn[2]}, angle = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        T const first = angle > 0 ? std::sin(angle) / angle : T(1), half = angle > 0 ? std::sin(angle / 2) / (angle / 2) : T(1);
+        T const second = half * half / 2; // Rodrigues: 1 + first [w] + second [w]^2
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                T const product = i == j ? T(0) : w[3 - i - j] * ((j + 1) % 3 == i ? T(1) : T(-1));
+                turn[i][j] = (i == j ? 1 - second * angle * angle : T(0)) + first * product + second * w[i] * w[j];
+            }
+            place[i] = v * s.move[i];
+        }
+    }
+    /// A point of view space before the row's camera.
+    void seen(T const (&p)[3], T (&out)[3]) const noexcept
+    {
+        for (int i = 0; i < 3; ++i)
+            out[i] = turn[i][0] * (p[0] - place[0]) + turn[i][1] * (p[1] - place[1]) + turn[i][2] * (p[2] - place[2]);
+    }
+};
+
+/// The row on which a point of view space is seen, by three rounds from row 0, as kernels find it. `camera`: of a view.
+template <class T>
+T row_of_point(Camera const& camera, T const (&p)[3]) noexcept
+{
+    T v = 0, at[3];
+    T const reach = camera.shutter.reach;
+    for (int round = 0; round < 3; ++round) {
+        RowPose<T>(camera.shutter, v).seen(p, at);
+        auto const point = through_lens<T>(camera, at);
+        if (!point.seen || !(point.depth > camera.near_depth)) continue;
+        T const row = point.at[1] / camera.fy;
+        v = row < -reach ? -reach : row > reach ? reach : row;
+    }
+    return v;
+}
+
+/// What the rows' time makes of a picture's Jacobian (2 x 3, in pixels) at a point that the camera of its row sees at `p`.
+template <class T>
+void shear_by_rows(Camera const& camera, T v, T const (&p)[3], T (&by)[2][3]) noexcept
+{
+    Shutter const& s = camera.shutter;
+    T const move[3] = {s.move[0], s.move[1], s.move[2]}, turn[3] = {s.turn[0], s.turn[1], s.turn[2]};
+    auto const& r = RowPose<T>(s, v).turn;
+    T w[2] = {0, 0};
+    for (int i = 0; i < 3; ++i) {
+        int const j = (i + 1) % 3, k = (i + 2) % 3;
+        T const motion = p[j] * turn[k] - p[k] * turn[j] - (r[i][0] * move[0] + r[i][1] * move[1] + r[i][2] * move[2]);
+        w[0] += by[0][i] * motion / camera.fy, w[1] += by[1][i] * motion / camera.fy;
+    }
+    for (int i = 0; i < 3; ++i) by[0][i] += w[0] / (1 - w[1]) * by[1][i], by[1][i] /= 1 - w[1];
+}
+
 }}} // namespace tilemesh::splat

@@ -129,6 +129,13 @@ struct Factor {
         row2 = mixed(bent.mix[2], p, bent.mix[3], q);
         finish();
     }
+    /// V's rows become row1 + aside row2 and stretch row2.
+    TILEMESH_KERNEL void shear(Real const& aside, Real const& stretch) noexcept
+    {
+        row1 = {A::multiply_add(aside, row2.x, row1.x), A::multiply_add(aside, row2.y, row1.y), A::multiply_add(aside, row2.z, row1.z)};
+        row2 = {stretch * row2.x, stretch * row2.y, stretch * row2.z};
+        finish();
+    }
 
 private:
     TILEMESH_KERNEL void finish() noexcept
@@ -231,6 +238,78 @@ inline std::uint32_t pixel_within(float centre, std::uint32_t span) noexcept
     return static_cast<std::uint32_t>(pixel_clamped<OneFloat>(centre, static_cast<std::int32_t>(span)));
 }
 
+/// The camera of the row on which a mean is seen (Shutter). A rotation is x + k (h x x + h x (h x x)) with h = tan(angle / 2) along its axis and k =
+/// 2 / (1 + h^2): a rotation whatever h is, and within 4e-5 of its angle up to 1 radian.
+template <class A>
+struct RowMotion {
+    using Real = typename A::Real;
+    Vector3<A> h; ///< of the turn back
+    Real k;
+    Real v;       ///< of the row, in focal lengths
+    typename A::Mask seen;
+
+    /// `mean`: in the view space of row 0; it becomes that of its own row, by three rounds of a fixed point from row 0.
+    TILEMESH_KERNEL RowMotion(Camera const& c, Vector3<A>& mean) noexcept
+    {
+        Shutter const& s = c.shutter;
+        Vector3<A> const from = mean;
+        v = A::all(0.0f);
+        for (int round = 0;; ++round) {
+            Real const theta2 = v * v * A::all(s.turn[0] * s.turn[0] + s.turn[1] * s.turn[1] + s.turn[2] * s.turn[2]);
+            Real const series = A::multiply_add(theta2, A::multiply_add(theta2, A::multiply_add(theta2, A::all(17.0f / 20160), A::all(1.0f / 120)),
+                                                                        A::all(1.0f / 12)), A::all(1.0f));
+            Real const half = A::all(-0.5f) * v * series;
+            h = {half * s.turn[0], half * s.turn[1], half * s.turn[2]};
+            k = A::all(2.0f) / A::multiply_add(h.x, h.x, A::multiply_add(h.y, h.y, A::multiply_add(h.z, h.z, A::all(1.0f))));
+            mean = turned({A::multiply_add(v, A::all(-s.move[0]), from.x), A::multiply_add(v, A::all(-s.move[1]), from.y),
+                           A::multiply_add(v, A::all(-s.move[2]), from.z)});
+            if (round == 3) break;
+            Real row;
+            if (c.lens.kind == LensKind::pinhole) {
+                row = mean.y / mean.z;
+                seen = mean.z > A::all(c.near_depth);
+            } else {
+                Bent<A> const bent(c, mean);
+                row = bent.v, seen = bent.seen;
+            }
+            Real const most = A::all(s.reach), least = A::all(-s.reach);
+            Real const above = A::select(row > least, row, least);
+            v = A::select(seen, A::select(above < most, above, most), v);
+        }
+        if (c.lens.kind == LensKind::pinhole) seen = mean.z > A::all(c.near_depth); // a lens that bends says itself what it sees
+    }
+    TILEMESH_KERNEL Vector3<A> turned(Vector3<A> const& x) const noexcept
+    {
+        Vector3<A> const once = cross(h, x), twice = cross(h, once);
+        return {A::multiply_add(k, once.x + twice.x, x.x), A::multiply_add(k, once.y + twice.y, x.y), A::multiply_add(k, once.z + twice.z, x.z)};
+    }
+    /// How fast a point of the row's view space moves there, a focal length of rows.
+    TILEMESH_KERNEL Vector3<A> motion(Shutter const& s, Vector3<A> const& p) const noexcept
+    {
+        Vector3<A> const move = turned({A::all(s.move[0]), A::all(s.move[1]), A::all(s.move[2])});
+        Vector3<A> const turn = cross(p, Vector3<A>{A::all(s.turn[0]), A::all(s.turn[1]), A::all(s.turn[2])});
+        return {turn.x - move.x, turn.y - move.y, turn.z - move.z};
+    }
+};
+
+/// What the rows' time does to V, where the picture of a mean moves by w = (across, down) pixels a focal length of rows: with w in pixels a row, (1 - w
+/// e_y^T)^-1 V, so row1 + aside row2 and stretch row2. Not seen: the picture keeps up with the rows within an eighth.
+template <class A>
+struct RowShear {
+    using Real = typename A::Real;
+    Real aside, stretch;
+    typename A::Mask seen;
+
+    RowShear() noexcept = default;
+    TILEMESH_KERNEL RowShear(Camera const& c, Real const& across, Real const& down) noexcept
+    {
+        Real const per_row = A::all(1.0f / c.fy), left = A::all(1.0f) - down * per_row;
+        stretch = A::all(1.0f) / left;
+        aside = across * per_row * stretch;
+        seen = left > A::all(0.125f);
+    }
+};
+
 /// The words of a Gaussian on which its projection depends.
 template <class A>
 struct GaussianWords {
@@ -285,17 +364,17 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Camera const& c = view.camera;
     Rules const& m = view.rules;
     typename A::Mask stiff{};
-    bool const bends = Optics::bends && c.lens.kind != LensKind::pinhole;
+    bool const bends = Optics::bends && c.lens.kind != LensKind::pinhole, rolls = Optics::bends && c.shutter.reach > 0;
 
     // The mean in view space. Subtract first, so that large coordinates cancel before the rotation.
     Vector3<A> const d{g.mean_world.x - c.position[0], g.mean_world.y - c.position[1], g.mean_world.z - c.position[2]};
     Vector3<A> const w0{A::all(c.rotation[0][0]), A::all(c.rotation[0][1]), A::all(c.rotation[0][2])};
     Vector3<A> const w1{A::all(c.rotation[1][0]), A::all(c.rotation[1][1]), A::all(c.rotation[1][2])};
     Vector3<A> const w2{A::all(c.rotation[2][0]), A::all(c.rotation[2][1]), A::all(c.rotation[2][2])};
-    Real const z = dot(w2, d);
+    Real z = dot(w2, d);
     constexpr float huge = 1e37f; // a larger value was not finite; an infinite depth would be NaN in pixels that take no part
-    // A fisheye sees behind z = 0; the lens says below what it sees.
-    Real const least_depth = A::all(bends && c.lens.kind == LensKind::fisheye ? -huge : c.near_depth);
+    // A fisheye sees behind z = 0, and another row may see what this one does not; both say below what they see.
+    Real const least_depth = A::all(rolls || (bends && c.lens.kind == LensKind::fisheye) ? -huge : c.near_depth);
     auto visible = A::every(z > least_depth, z < A::all(huge), g.opacity >= A::all(m.alpha_min));
     if (!A::any(visible)) return nowhere(s);
     for (Real const& channel : g.colour) visible = A::every(visible, A::magnitude(channel) <= A::all(largest_colour));
@@ -304,8 +383,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     if constexpr (A::lanes == 1) {
         if (!visible) return nowhere(s);
     }
-    Vector3<A> const mean{dot(w0, d), dot(w1, d), z};
-
+    Vector3<A> mean{dot(w0, d), dot(w1, d), z};
     Vector3<A> axis[3];
     typename A::Mask const odd = axes_of<A>(g.rotation, axis);
     if constexpr (A::lanes > 1) stiff = odd;
@@ -316,6 +394,18 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Factor<A> f;
     Real mean_x, mean_y;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
+    Vector3<A> moves; // the mean, a focal length of rows
+    if (rolls) {
+        RowMotion<A> const row(c, mean);
+        for (auto& each : f.axis) each = row.turned(each);
+        moves = row.motion(c.shutter, mean);
+        visible = A::every(visible, row.seen);
+        if constexpr (A::lanes == 1) {
+            if (!visible) return nowhere(s);
+        }
+        z = mean.z;
+    }
+    RowShear<A> shear;
     if (bends) {
         Bent<A> const bent(c, mean);
         visible = A::every(visible, bent.seen);
@@ -323,6 +413,10 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
             if (!visible) return nowhere(s);
         }
         f.multiply(scale, bent);
+        if (rolls) {
+            Real const p = dot(bent.across, moves), q = dot(bent.down, moves);
+            shear = RowShear<A>(c, A::multiply_add(bent.mix[0], p, bent.mix[1] * q), A::multiply_add(bent.mix[2], p, bent.mix[3] * q));
+        }
         mean_x = c.fx * bent.u;
         mean_y = c.fy * bent.v;
     } else {
@@ -332,8 +426,14 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         f.px_per_x = A::all(c.fx) / z;
         f.px_per_y = A::all(c.fy) / z;
         f.multiply(scale);
+        if (rolls)
+            shear = RowShear<A>(c, f.px_per_x * A::multiply_add(-f.jx, moves.z, moves.x), f.px_per_y * A::multiply_add(-f.jy, moves.z, moves.y));
         mean_x = c.fx * slope_x;
         mean_y = c.fy * slope_y;
+    }
+    if (rolls) {
+        visible = A::every(visible, shear.seen);
+        f.shear(shear.aside, shear.stretch);
     }
 
     // Above 1e9 pixels the determinant would leave the range of floats, so compute in units of a power of two of pixels. Axes are clamped
@@ -351,19 +451,21 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
             per_unit = inverse_of_power(unit);
             scale = {scale.x * per_unit, scale.y * per_unit, scale.z * per_unit};
         };
+        float const more = rolls ? shear.stretch + std::fabs(shear.aside) : 1.0f;
         if (bends) {
             Bent<A> const bent(c, mean);
-            clamp_axes(bent.steepest());
+            clamp_axes(bent.steepest() * more);
             f.multiply(scale, bent);
             take_unit();
             f.multiply(scale, bent);
         } else {
             float const steepest = std::fabs(f.jx) > std::fabs(f.jy) ? std::fabs(f.jx) : std::fabs(f.jy);
-            clamp_axes((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest));
+            clamp_axes((f.px_per_x > f.px_per_y ? f.px_per_x : f.px_per_y) * (1.0f + steepest) * more);
             f.multiply(scale);
             take_unit();
             f.multiply(scale);
         }
+        if (rolls) f.shear(shear.aside, shear.stretch);
     }
     Real const h = m.dilation * per_unit * per_unit;
     Real const a = f.a + h, cc = f.c + h, b = f.b;
@@ -415,7 +517,9 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     s.slope = b / a;
     s.across = -0.5f * a / determinant * per_unit * per_unit;
     s.opacity = opacity;
-    s.depth_key = bends && c.lens.kind == LensKind::fisheye ? distance_keys<A>(mean) : depth_keys<A>(c, g.mean_world, d);
+    s.depth_key = bends && c.lens.kind == LensKind::fisheye ? distance_keys<A>(mean)
+                  : rolls                                   ? key_of<A>(z, A::all(0.0f))
+                                                            : depth_keys<A>(c, g.mean_world, d);
     // If alpha_min is about e^-87 (the lower bound of `exponential`) or subnormal, no power is too faint.
     s.faintest = m.alpha_min > 1e-36f ? -0.5f * ratio - 0.01f : A::all(-std::numeric_limits<float>::infinity());
     auto const x = tile_at<A>(pixel_clamped<A>(u, s.columns), tile.tile_width);
@@ -475,9 +579,12 @@ inline std::uint32_t depth_key(Gaussian const& g, View const& view) noexcept
     Camera const& c = view.camera;
     Float3 const d{g.mean_world[0] - c.position[0], g.mean_world[1] - c.position[1], g.mean_world[2] - c.position[2]};
     float const z = dot<OneFloat>({c.rotation[2][0], c.rotation[2][1], c.rotation[2][2]}, d);
-    if (sees_behind(c.lens.kind)) {
-        Float3 const p{dot<OneFloat>({c.rotation[0][0], c.rotation[0][1], c.rotation[0][2]}, d),
-                       dot<OneFloat>({c.rotation[1][0], c.rotation[1][1], c.rotation[1][2]}, d), z};
+    bool const rolls = c.shutter.reach > 0;
+    if (rolls || sees_behind(c.lens.kind)) {
+        Float3 p{dot<OneFloat>({c.rotation[0][0], c.rotation[0][1], c.rotation[0][2]}, d),
+                 dot<OneFloat>({c.rotation[1][0], c.rotation[1][1], c.rotation[1][2]}, d), z};
+        if (rolls) (void)RowMotion<OneFloat>(c, p);
+        if (!sees_behind(c.lens.kind)) return p.z > c.near_depth && p.z < 1e37f ? key_of_depth(p.z) : 0;
         float const distance = length<OneFloat>(p);
         return distance > c.near_depth && distance <= std::numeric_limits<float>::max() ? static_cast<std::uint32_t>(distance_keys<OneFloat>(p)) : 0;
     }

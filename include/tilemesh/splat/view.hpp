@@ -26,10 +26,14 @@ inline float twice_to_border(float centre, std::uint32_t size, SlopeBorder borde
 }
 } // namespace detail
 
-/// Sets `limit` and `ends` of a lens (Lens) from the picture's size, unless the limit is given. Cost: about 10,000 flops, for a lens that bends.
+/// Sets `limit` and `ends` of a lens (Lens), and `reach` of a shutter, from the picture's size, unless they are given. Cost: about 10,000 flops, for a lens that bends.
 inline void bound_lens(Camera& c) noexcept
 {
     Lens& lens = c.lens;
+    if (c.shutter.reach == 0 && c.shutter.rolls()) {
+        float const above = c.cy / c.fy, below = (static_cast<float>(c.height) - c.cy) / c.fy;
+        c.shutter.reach = above > below ? above : below;
+    }
     if (lens.kind == LensKind::fov) lens.k[1] = detail::twice_tangent(lens.k[0]);
     if (lens.kind == LensKind::pinhole || lens.kind == LensKind::equirectangular || lens.limit != 0) return;
     float const u[2] = {-c.cx / c.fx, (static_cast<float>(c.width) - c.cx) / c.fx};

@@ -26,6 +26,10 @@ struct TrackerOptions {
     Method method = Method::hybrid;
     std::uint32_t coarsest = 4;      ///< cell, from frame to frame: a power of two
     std::uint32_t coarsest_wide = 8; ///< cell of the first frame, and of frames after a lost one, which take `hybrid` in place of `forward`
+    /// The time in which the camera reads its rows from the first to the last, in units of the frames' time; 0: all at once. A frame is then
+    /// solved twice: with the shutter (`splat::Shutter`) of the last two tracked poses, and with that of the way to the pose that this finds.
+    /// The first frame, and the first after a lost one, are solved once and without a shutter: nobody knows the motion.
+    double readout = 0.0;
     bool constant_velocity = true;   ///< start each frame where the last step leads; else from the last pose
     double rows_per_pixel = 3.0;     ///< residuals of a pixel: 3 for colour, 4 with depth
     WeakLimits weak{};
@@ -58,6 +62,7 @@ struct TrackedFrame {
     scene::Pose pose;        ///< always finite; the prediction if the frame is lost
     scene::Pose start;       ///< where the solver began
     Exposure exposure{};
+    splat::Shutter shutter{}; ///< with which it was seen; the pose is that of the row of the centre
     PoseAccuracy accuracy{}; ///< only if the frame is not lost
     double mean_cost = 0.0;  ///< of the counted pixels at the end, in full resolution
     Solution solution{};     ///< what the solver found, also for a lost frame
@@ -109,7 +114,18 @@ public:
             judge(tried, share);
             return tried;
         };
+        auto const roll = [&](scene::Pose const& from, scene::Pose const& to, double time) {
+            lens_.shutter = options_.readout > 0.0 && time > 0.0 ? scene::rolling_shutter(from, to, time / options_.readout, lens_, to) : splat::Shutter{};
+        };
+        roll(before_, last_, moves ? interval_ : 0.0);
         auto frame = attempt(moves ? predicted(before_, last_, gap / interval_) : last_);
+        if (options_.readout > 0.0 && tracked_ > 0 && !wide && gap > 0.0 && frame.verdict != Verdict::lost) {
+            roll(last_, frame.solution.pose, gap);
+            auto again = attempt(frame.solution.pose);
+            again.start = frame.start, again.solution.evaluations += frame.solution.evaluations;
+            if (again.verdict != Verdict::lost) frame = again;
+            else roll(before_, last_, moves ? interval_ : 0.0);
+        }
         if (interval_ > 0.0 && gap > 0.0 && gap <= options_.most_ahead * interval_)
             for (auto const& start : other_starts(gap / interval_, moves)) {
                 if (!stands_out(frame, options_.second_look_ratio)) break;
@@ -125,6 +141,7 @@ public:
             return frame;
         }
         frame.pose = frame.solution.pose;
+        frame.shutter = lens_.shutter;
         frame.exposure = exposure_ = frame.solution.exposure;
         if (wide || tracked_ == 0) interval_ = 0.0; // at rest after a gap: the motion in it is unknown
         else if (gap > 0.0) before_ = last_, interval_ = gap;

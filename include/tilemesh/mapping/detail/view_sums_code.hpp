@@ -25,6 +25,7 @@ inline void expect_target(Target const& target, splat::Camera const& camera)
 {
     scene::check_camera(camera);
     scene::check_no_panorama(camera, "a derivative");
+    scene::check_no_shutter(camera, "a derivative by the map");
     if (target.width != camera.width || target.height != camera.height || target.pixels.size() != std::size_t{camera.width} * camera.height)
         throw Error("a target of " + by(target.width, target.height) + " pixels is no picture of this camera (it has " +
                     by(camera.width, camera.height) + "); give pictures of the camera's size");

@@ -66,7 +66,8 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
 }
 TILEMESH_HOST void check_lens(splat::Camera const& camera, bool bends, bool exact_rays)
 {
-    if (!exact_rays) scene::check_no_panorama(camera, "this program of the tiles");
+    if (exact_rays) scene::check_no_shutter(camera, "a program of exact rays");
+    else scene::check_no_panorama(camera, "this program of the tiles");
     if (!bends) scene::check_pinhole(camera, "this program of the tiles");
 }
 TILEMESH_HOST void check_rules(splat::Rules const& rules)

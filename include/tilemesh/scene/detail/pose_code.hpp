@@ -53,6 +53,7 @@ TILEMESH_HOST splat::Camera make_camera(Pose const& pose, Intrinsics const& lens
     camera.width = lens.width;
     camera.height = lens.height;
     camera.lens = lens.bend;
+    camera.shutter = lens.shutter;
     return camera;
 }
 
@@ -68,7 +69,7 @@ TILEMESH_HOST Pose pose_of(splat::Camera const& camera)
 
 TILEMESH_HOST Intrinsics lens_of(splat::Camera const& camera)
 {
-    return {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth, camera.width, camera.height, camera.lens};
+    return {camera.fx, camera.fy, camera.cx, camera.cy, camera.near_depth, camera.width, camera.height, camera.lens, camera.shutter};
 }
 
 TILEMESH_HOST Pose look_at(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 down)
@@ -137,6 +138,15 @@ TILEMESH_HOST std::string fault_of(Pose const& pose, Intrinsics const& lens)
     }
     if (!(lens.near_depth > 0.0f)) return "near is not positive";
     if (!std::isfinite(lens.near_depth)) return "near is not finite";
+    if (auto const& s = lens.shutter; s.rolls()) {
+        double turn = 0;
+        for (int k = 0; k < 3; ++k) {
+            turn += double{s.turn[k]} * s.turn[k];
+            if (!(std::fabs(s.move[k]) <= 1e6f)) return "its shutter moves by a length that is not a number within 1e6";
+        }
+        double const reach = std::fmax(lens.cy, lens.height - lens.cy) / lens.fy;
+        if (!(std::sqrt(turn) * reach <= 1.0)) return "it turns by more than 1 radian, or by no number, while half of its rows are read";
+    }
     return fault_of_lens(lens);
 }
 
@@ -194,8 +204,41 @@ TILEMESH_HOST void check_camera(splat::Camera const& camera)
         throw Error("a camera that no frame can be rendered with (" + why + "); correct the camera");
 }
 
+TILEMESH_HOST void check_no_shutter(splat::Camera const& camera, char const* who)
+{
+    if (camera.shutter.rolls())
+        throw Error(std::string("a camera with a rolling shutter (") + who +
+                    " takes a picture as seen at once); leave the shutter out, or take a camera that exposes all rows together");
+}
+
+TILEMESH_HOST splat::Shutter rolling_shutter(Pose const& from, Pose const& to, double share, Intrinsics const& lens, Pose const& at)
+{
+    // A camera's axes turn against the world: of R_to R_from^T the rotation vector is that of the world before the camera.
+    auto const q = quaternion_of(to.rotation * glm::transpose(from.rotation));
+    double const sine = std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), per_row = lens.fy / lens.height / share; // a focal length of rows
+    double const factor = sine > 0.0 ? -2.0 * std::atan2(sine, q[0]) / sine * per_row : 0.0;
+    glm::dvec3 const axis = at.rotation * (glm::transpose(from.rotation) * glm::dvec3{q[1], q[2], q[3]});
+    glm::dvec3 const move = at.rotation * (to.position - from.position);
+    splat::Shutter shutter{};
+    for (int k = 0; k < 3; ++k) shutter.turn[k] = static_cast<float>(factor * axis[k]), shutter.move[k] = static_cast<float>(per_row * move[k]);
+    return shutter;
+}
+
+TILEMESH_HOST splat::Camera rolling_camera(Pose const& first, Pose const& last, Intrinsics lens)
+{
+    auto const of_first = rolling_shutter(first, last, 1.0, lens, first);
+    double const v = lens.cy / lens.fy; // from the first row to that of the centre
+    glm::dvec3 const turn = v * glm::dvec3{of_first.turn[0], of_first.turn[1], of_first.turn[2]};
+    double const half = 0.5 * glm::length(turn), by = half > 0.0 ? std::sin(half) / (2.0 * half) : 0.0;
+    auto const back = glm::transpose(rotation_matrix(std::cos(half), by * turn.x, by * turn.y, by * turn.z));
+    Pose const at{back * first.rotation, first.position + lens.cy / lens.height * (last.position - first.position)};
+    lens.shutter = rolling_shutter(first, last, 1.0, lens, at);
+    return make_camera(at, lens);
+}
+
 TILEMESH_HOST void check_pinhole(splat::Camera const& camera, char const* who)
 {
+    check_no_shutter(camera, who);
     if (camera.lens.kind != splat::LensKind::pinhole)
         throw Error(std::string("a camera with a lens that bends the picture (") + who +
                     " knows pinholes alone); undistort the pictures, and give the pinhole camera that they have then");
@@ -232,7 +275,7 @@ TILEMESH_HOST splat::Camera resized(splat::Camera camera, std::uint32_t width, s
     camera.cy = static_cast<float>(down * static_cast<double>(camera.cy));
     camera.width = width;
     camera.height = height;
-    camera.lens.limit = 0, camera.lens.ends = 0; // of another picture
+    camera.lens.limit = 0, camera.lens.ends = 0, camera.shutter.reach = 0; // of another picture
     return camera;
 }
 
@@ -245,7 +288,7 @@ TILEMESH_HOST splat::Camera stretched(splat::Camera camera, Size size)
     for (auto* const value : {&camera.fy, &camera.cy}) *value = static_cast<float>(down * static_cast<double>(*value));
     camera.width = size.width;
     camera.height = size.height;
-    camera.lens.limit = 0, camera.lens.ends = 0;
+    camera.lens.limit = 0, camera.lens.ends = 0, camera.shutter.reach = 0;
     return camera;
 }
 

@@ -76,6 +76,7 @@ inline std::vector<splat::Gaussian> Mapper::Work::missing_in(View const& view, s
 {
     namespace map = splat::map;
     scene::check_no_panorama(view.camera, "an insertion");
+    scene::check_no_shutter(view.camera, "an insertion");
     mapping::Seen seen;
     with_refiner([&](auto& r) { r.measure(view.camera, view.target, &seen); }); // refuses a target of another size
     auto c = view.camera;
