@@ -25,7 +25,7 @@ using bench::fixed;
 struct Options : bench::Options {
     std::vector<std::string> scenes;
     std::uint32_t rounds = 15, threads = 2;
-    bool sequences = false, frames = false, moments = false;
+    bool sequences = false, frames = false, moments = false, shutters = false;
 };
 constexpr auto scene_words = shared::words_of(bench::scene_names);
 constexpr shared::Option<Options> rows[] = {
@@ -36,6 +36,7 @@ constexpr shared::Option<Options> rows[] = {
                                         "lenses, tracked and mapped from nothing"),
     shared::option<&Options::frames>("frames", "", "another table instead: frames through each lens, and by exact rays, over a frame through a pinhole"),
     shared::option<&Options::moments>("moments", "", "another table instead: J's mean and covariance against 4,000 samples of each Gaussian"),
+    shared::option<&Options::shutters>("shutters", "", "another table instead: pictures of a rolling shutter, read in 30 ms, against exact rays from each row's pose"),
     shared::option<&Options::threads>("threads", "N", "threads of the exact rays [2]", {1, 64})};
 shared::OptionTable table_of(Options& own)
 {
@@ -85,6 +86,51 @@ splat::Camera at_the_start(std::string const& name, splat::Camera camera)
     camera.position[0] = camera.position[1] = camera.position[2] = 0;
     camera.near_depth = 0.2f;
     return camera;
+}
+
+double psnr_of(report::Image const& picture, report::Image const& exact)
+{
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; i < exact.rgb.size(); ++i) {
+        if (std::isnan(exact.rgb[i])) continue;
+        double const error = std::clamp(double{picture.rgb[i]}, 0.0, 1.0) - std::clamp(double{exact.rgb[i]}, 0.0, 1.0);
+        squares += error * error, ++count;
+    }
+    return 10 * std::log10(count / squares);
+}
+
+int run_shutters(Options const& options)
+{
+    report::Table table{{"scene", "lens", "rad/s", "units/s", "one pose, dB", "rolling shutter, dB", "at rest, dB"}};
+    std::string csv = "scene,lens,rad_s,units_s,one_pose_db,rolling_db,at_rest_db\n";
+    splat::Rules const rules;
+    for (auto const& name : options.scenes) {
+        if (!bench::has_scene(name, options.data)) {
+            bench::say_skipped(name);
+            continue;
+        }
+        auto const scene = bench::load_scene(name, options.data, {640, 480});
+        auto const& gaussians = scene.map.gaussians;
+        auto const exact = [&](splat::Camera const& camera) { return report::render_exact_rays(gaussians, camera, rules, options.threads); };
+        for (std::size_t const i : {0u, 1u, 5u}) { // a pinhole, TUM fr1, a fisheye of 180 degrees
+            auto const camera = through(lenses[i], at_the_start(name, scene.camera), options.quick);
+            auto const conics = report::render_naive(gaussians, camera, rules);
+            double const rest = psnr_of(conics, exact(camera));
+            for (float const rate : {0.3f, 1.0f, 3.0f}) {
+                auto rolling = camera;
+                float const turn[3] = {0.3f, 1.0f, 0.2f}, move[3] = {0.3f, 0.1f, 0.2f}, per_row = 0.03f * rate * camera.fy / static_cast<float>(camera.height);
+                for (int k = 0; k < 3; ++k) rolling.shutter.turn[k] = per_row * turn[k], rolling.shutter.move[k] = per_row * move[k];
+                auto const truth = exact(rolling);
+                std::vector<std::string> row{name, lenses[i].name, fixed(rate * std::hypot(0.3, 1.0, 0.2), 2), fixed(rate * std::hypot(0.3, 0.1, 0.2), 2)};
+                for (double const db : {psnr_of(conics, truth), psnr_of(report::render_naive(gaussians, rolling, rules), truth), rest}) row.push_back(fixed(db, 1));
+                for (std::size_t k = 0; k < row.size(); ++k) csv += row[k] + (k + 1 < row.size() ? "," : "\n");
+                table.add_row(row);
+            }
+        }
+    }
+    std::cout << table;
+    if (!options.csv.empty()) report::write_whole(options.csv, csv);
+    return 0;
 }
 
 int run_sequences(Options const& options)
@@ -150,6 +196,7 @@ int run(Options options)
     if (options.quick) options.rounds = std::min(options.rounds, 3u);
     if (options.scenes.empty()) options.scenes = options.quick ? std::vector<std::string>{"built_in"} : std::vector<std::string>{"sloth", "salad", "built_in"};
     if (options.sequences) return run_sequences(options);
+    if (options.shutters) return run_shutters(options);
     if (options.frames || options.moments) return run_scenes(options);
     std::vector<Row> out;
     bool broken = false;

@@ -1,6 +1,7 @@
 // test: unoptimised test asan, without tsan
 #include "../splat/support.hpp"
 #include <tilemesh/model/cost_parameters.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/splat/homes/regions.hpp>
 #include <tilemesh/splat/operations.hpp>
 #include <tilemesh/splat/pose/operations.hpp>
@@ -222,6 +223,32 @@ TEST_CASE("cost parameters: a projection does what mk2 counts")
     CHECK(Counting::flops == KernelWork::projection_flops + KernelWork::depth_key_flops);
     CHECK(Counting::roots == KernelWork::projection_roots);
     CHECK(Counting::others == KernelWork::projection_others + KernelWork::depth_key_others);
+}
+
+TEST_CASE("cost parameters: through a lens, and by a rolling shutter, a projection counts as many sixteenths more as it does more")
+{
+    auto const tiling = splat::make_tiling(1280, 720, 32, 20);
+    splat::detail::GaussianWords<Counting> const words{{0.1f, 0.2f, 3.0f}, {0.5f, 0.5f, 0.5f}, 0.8f, {1.0f, 0.1f, 0.2f, 0.3f}, {-4.0f, -4.0f, -5.0f}};
+    auto const slots = [&](splat::Camera const& camera) {
+        splat::detail::SplatWords<Counting> s{};
+        Counting::flops = Counting::roots = Counting::others = 0;
+        REQUIRE(splat::detail::project_words<Counting>(words, splat::make_view(camera, {}), tiling, s).visible);
+        return Counting::flops / 0.68 + 5 * Counting::roots + Counting::others + KernelWork::reach;
+    };
+    auto camera = support::flat_camera(1280, 720);
+    camera.cx = 640, camera.cy = 360;
+    double const pinhole = slots(camera);
+    for (bool const rolls : {false, true})
+        for (char const* const text : {"pinhole", "opencv,-0.2,0.05,0.001,-0.001,0.01,0.1,0.1,0.1", "fisheye,0.01,0.01,0.01,0.01", "fov,0.9"}) {
+            CAPTURE(text);
+            CAPTURE(rolls);
+            camera.lens = scene::lens_of_text(text);
+            if (rolls) camera.shutter = {{0.01f, 0.02f, 0.01f}, {0.01f, 0.01f, 0.01f}, 0};
+            double const counted = splat::projections_through(splat::make_view(camera, {}).camera, 16) - 16.0;
+            double const more = 16 * (slots(camera) / pinhole - 1);
+            CHECK(std::fabs(more - counted) < 0.5);
+        }
+    CHECK(splat::projections_through(camera, 0) == 0);
 }
 
 TEST_CASE("cost parameters: forward mode and its sums do what mk2 counts")

@@ -245,6 +245,10 @@ TEST_CASE("programs that draw conics refuse a panorama, with a sentence")
                   "render it by exact rays: render_map --exact-rays, or splat::Exact");
     auto const other = tests::error_of([&] { (void)Renderer{scene::built_in_map(), {.program = report::Program::homes}}.render(camera); });
     CHECK(other.substr(0, 12) == "a panorama (");
+    auto rolling = scene::built_in_camera({96, 64});
+    rolling.shutter.turn[1] = 0.01f;
+    auto const rays = tests::error_of([&] { (void)BasicRenderer<Roomy>(scene::built_in_map(), roomy(32, 20, 1)).render(rolling); });
+    CHECK(rays.substr(0, 62) == "a camera with a rolling shutter (a program of exact rays takes");
 }
 
 TEST_CASE("what cannot be drawn is invisible: behind the near plane, too faint, not finite, a size of zero without dilation")

@@ -7,6 +7,7 @@
 #include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/near_plane.hpp>
 #include <tilemesh/scene/pose.hpp>
+#include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/splat/bend.hpp>
 #include <tilemesh/splat/lens_point.hpp>
 #include <tilemesh/splat/project_all.hpp>
@@ -39,6 +40,8 @@ Camera through(Lens const& lens, std::uint32_t width = 640, std::uint32_t height
     c.lens = lens;
     return c;
 }
+/// A hand that turns fast: a radian a second or more, while 640 x 480 are read in 30 ms.
+constexpr Shutter fast_hand{{0.015f, 0.05f, -0.01f}, {0.02f, -0.01f, 0.03f}, 0};
 /// Points on all sides, some behind the camera.
 template <class T>
 std::array<T, 3> any_point(Random& random)
@@ -129,11 +132,15 @@ TEST_CASE("a point through a lens: the Jacobian is that of differences, and the 
     }
 }
 
-TEST_CASE("project through a lens: the reference in double, every number of lanes, and a pinhole's bits")
+TEST_CASE("project through a lens: the reference in double, every number of lanes, and a pinhole's bits; also by a rolling shutter")
 {
-    for (auto const& [name, lens] : lenses()) {
-        INFO(name);
-        auto const camera = through(lens);
+    std::vector<std::pair<Named, Shutter>> all_lenses{{{"pinhole", {}}, fast_hand}};
+    for (auto const& each : lenses()) all_lenses.insert(all_lenses.end(), {{each, {}}, {each, fast_hand}});
+    for (auto const& [named, shutter] : all_lenses) {
+        auto const& lens = named.lens;
+        INFO(named.name, shutter.rolls() ? ", rolling" : "");
+        auto camera = through(lens);
+        camera.shutter = shutter;
         auto const view = make_view(camera, {});
         auto const tiling = make_tiling(camera.width, camera.height, 32, 20);
         auto const all = around(4096, 3);
@@ -171,13 +178,123 @@ TEST_CASE("project through a lens: the reference in double, every number of lane
 
         // With nothing bent, a program for any lens has the bits of one for pinholes.
         auto straight = view;
-        straight.camera.lens = {};
+        straight.camera.lens = {}, straight.camera.shutter = {};
         for (auto const& g : all) {
             auto const a = project<Pinhole>(g, straight, tiling), b = project<AnyLens>(g, straight, tiling);
             wrong += std::memcmp(&a, &b, sizeof a) != 0 ? 1 : 0;
         }
         CHECK(wrong == 0);
     }
+}
+
+TEST_CASE("a rolling shutter: a mean is where a search over the rows finds it, and its conic has the slopes of differences")
+{
+    for (auto const& lens : {Lens{}, lenses()[0].lens, lenses()[4].lens}) {
+        auto camera = through(lens);
+        camera.shutter = fast_hand;
+        Rules rules;
+        rules.dilation = 0, rules.jacobian_limit = 0;
+        auto const view = make_view(camera, rules);
+        auto const tiling = make_tiling(camera.width, camera.height, 32, 20);
+        // Where the camera of the row sees a point that is seen on that row: no fixed point, but 60 halvings.
+        auto const seen_at = [&](std::array<double, 3> const& p) {
+            double const from[3] = {p[0], p[1], p[2]};
+            double low = -view.camera.shutter.reach, high = view.camera.shutter.reach, at[3];
+            auto const beyond = [&](double v) {
+                RowPose<double>(view.camera.shutter, v).seen(from, at);
+                return through_lens<double>(view.camera, at).at[1] / view.camera.fy - v;
+            };
+            for (int i = 0; i < 60; ++i) (beyond((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
+            (void)beyond(low);
+            auto const point = through_lens<double>(view.camera, at);
+            return std::array{point.at[0], point.at[1]};
+        };
+        Random random(11);
+        double worst_px = 0, worst_slope = 0;
+        std::uint32_t count = 0;
+        for (int i = 0; i < 2000; ++i) {
+            Gaussian g = support::cloud(1, 1)[0];
+            double const z = random.uniform(1, 5);
+            std::array<double, 3> const p{z * random.uniform(-0.5f, 0.5f), z * random.uniform(-0.4f, 0.4f), z};
+            for (std::size_t k = 0; k < 3; ++k) {
+                double world = view.camera.position[k];
+                for (std::size_t j = 0; j < 3; ++j) world += view.camera.rotation[j][k] * p[j];
+                g.mean_world[k] = static_cast<float>(world), g.log_scale[k] = -5.0f;
+            }
+            g.opacity = 0.9f;
+            auto const s = project(g, view, tiling);
+            auto const exact = seen_at(p);
+            if (!s.visible() || std::fabs(exact[1] / view.camera.fy) > 0.9 * view.camera.shutter.reach) continue;
+            ++count;
+            worst_px = std::max({worst_px, std::fabs(s.mean_px[0] - exact[0]), std::fabs(s.mean_px[1] - exact[1])});
+            double j[2][3], c[3] = {0, 0, 0};
+            for (std::size_t k = 0; k < 3; ++k) {
+                auto less = p, more = p;
+                less[k] -= 1e-5, more[k] += 1e-5;
+                auto const a = seen_at(less), b = seen_at(more);
+                for (std::size_t r = 0; r < 2; ++r) j[r][k] = (b[r] - a[r]) / 2e-5;
+                c[0] += j[0][k] * j[0][k], c[1] += j[0][k] * j[1][k], c[2] += j[1][k] * j[1][k];
+            }
+            double const scale = std::exp(-10.0), a = -0.5 / double{s.along}, b = s.slope * a, cc = -0.5 / double{s.across} + b * b / a;
+            double const size = scale * std::max(c[0], c[2]);
+            worst_slope = std::max({worst_slope, std::fabs(a - scale * c[0]) / size, std::fabs(b - scale * c[1]) / size, std::fabs(cc - scale * c[2]) / size});
+        }
+        CHECK(count > 1000);
+        CHECK(worst_px < 3e-3);
+        CHECK(worst_slope < 5e-5);
+        MESSAGE("largest errors: ", worst_px, " px, ", worst_slope, " of the covariance");
+    }
+}
+
+TEST_CASE("a rolling shutter from poses: the first and the last row have them; a steady path; bad motions are one line")
+{
+    auto camera = through(lenses()[0].lens);
+    auto const lens = scene::lens_of(camera);
+    scene::Pose const first{scene::rotation_matrix(0.9, 0.1, 0.3, -0.2), {1, 2, 3}};
+    scene::Pose const last{scene::rotation_matrix(0.999, 0.02, -0.03, 0.01) * first.rotation, {1.02, 1.99, 3.05}};
+    auto const rolling = scene::rolling_camera(first, last, lens);
+    auto const at = scene::pose_of(rolling);
+    for (auto const& [pose, y] : {std::pair{first, 0.0}, std::pair{last, 480.0}}) {
+        RowPose<double> const row(rolling.shutter, (y - camera.cy) / camera.fy);
+        glm::dvec3 const p{4, -1, 5}, expected = pose.rotation * (p - pose.position), in_view = at.rotation * (p - at.position);
+        double const from[3] = {in_view.x, in_view.y, in_view.z};
+        double to[3];
+        row.seen(from, to);
+        for (int k = 0; k < 3; ++k) CHECK(to[k] == doctest::Approx(expected[k]).epsilon(1e-6));
+    }
+    scene::Trajectory path;
+    for (int i = 0; i < 4; ++i) path.push_back({0.1 * i, {scene::rotation_matrix(1, 0, 0.01 * i, 0), {0.02 * i, 0, 0}}});
+    auto const steady = scene::shutter_at(path, 2, 0.03, lens), at_end = scene::shutter_at(path, 3, 0.03, lens);
+    CHECK(steady.turn[1] == doctest::Approx(-0.2 * 0.03 * lens.fy / 480).epsilon(1e-3)); // 0.02 rad in 0.1 s, and 480 rows in 0.03 s
+    CHECK(at_end.turn[1] == doctest::Approx(steady.turn[1]).epsilon(1e-3));
+    CHECK(std::hypot(steady.move[0], steady.move[2]) == doctest::Approx(0.2 * 0.03 * lens.fy / 480).epsilon(1e-3));
+    path[3].seconds = path[1].seconds;
+    CHECK(has(error_of([&] { (void)scene::shutter_at(path, 2, 0.03, lens); }), "the rolling shutter of pose 3 (the time stamps around it do not rise"));
+    path.resize(1);
+    CHECK(has(error_of([&] { (void)scene::shutter_at(path, 0, 0.03, lens); }), "do not rise"));
+
+    camera.shutter = {{0, 3, 0}, {}, 0};
+    CHECK(has(fault(camera), "it turns by more than 1 radian, or by no number, while half of its rows are read"));
+    camera.shutter = {{0, 0, 0}, {0, NAN, 0}, 0};
+    CHECK(has(fault(camera), "its shutter moves by a length that is not a number"));
+    // What moves down as fast as the rows are read is not drawn: the camera turns up by 0.9 radians a focal length of rows.
+    auto const all = support::cloud(50, 6);
+    camera.shutter = {{0.9f, 0, 0}, {}, 0};
+    camera.cy = 240, camera.height = 480;
+    auto const view = make_view(camera, {});
+    auto const tiling = make_tiling(640, 480, 32, 20);
+    std::uint32_t drawn = 0;
+    for (auto const& g : all) {
+        auto const s = project(g, view, tiling);
+        drawn += s.visible() ? 1 : 0;
+        CHECK(std::isfinite(s.mean_px[0] + s.along + s.across));
+    }
+    camera.shutter.turn[0] = -0.9f;
+    auto const other = make_view(camera, {});
+    std::uint32_t drawn_back = 0;
+    for (auto const& g : all) drawn_back += project(g, other, tiling).visible() ? 1 : 0;
+    CHECK(std::min(drawn, drawn_back) == 0);
+    CHECK(std::max(drawn, drawn_back) > 10);
 }
 
 TEST_CASE("a lens of OpenCV whose coefficients are 0 draws what a pinhole draws, up to the bound of the slopes")
@@ -204,12 +321,17 @@ TEST_CASE("a lens of OpenCV whose coefficients are 0 draws what a pinhole draws,
     CHECK(visible > 1000);
 }
 
-TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, threads, windows, and the picture in double")
+TEST_CASE("the mesh shows the picture of a lens and of a rolling shutter: both programs, tile sizes, threads, windows, the picture in double")
 {
     for (auto const& [name, lens] : lenses()) {
         INFO(name);
         auto const all = around(support::fast() ? 200 : 500, 5);
-        auto const camera = through(lens, 96, 60), next = through(lens, 96, 60, 0.1f);
+        auto const camera = through(lens, 96, 60);
+        Camera const next = [&] {
+            auto rolling = through(lens, 96, 60, 0.1f);
+            rolling.shutter = fast_hand;
+            return rolling;
+        }();
         Rules const rules; // `precise`, as a naive picture is
         auto const expected = report::render_naive(all, camera, rules), after = report::render_naive(all, next, rules);
         for (auto const program : {splat::Program::anchored, splat::Program::homes})
@@ -224,12 +346,12 @@ TEST_CASE("the mesh shows the picture of a lens: both programs, tile sizes, thre
                 for (auto const& [view, picture] : {std::pair{&camera, &expected}, std::pair{&next, &after}, std::pair{&camera, &expected}})
                     CHECK(support::differing_pixels(renderer.render(*view).image, *picture) == 0);
             }
-        auto const window = window_of(camera, {17, 80, 9, 51});
-        auto const part = report::render_naive(all, window, bounds_of(camera, rules));
+        auto const window = window_of(next, {17, 80, 9, 51});
+        auto const part = report::render_naive(all, window, bounds_of(next, rules));
         std::uint32_t wrong = 0;
         auto const in_double = report::render_double_unrounded(std::span<Gaussian const>(all), camera, rules, report::Cuts::same);
         for (std::uint32_t y = 0; y < 42; ++y)
-            for (std::uint32_t x = 0; x < 3 * 63; ++x) wrong += part.rgb[3 * 63 * y + x] != expected.rgb[3 * (96 * (y + 9) + 17) + x] ? 1 : 0;
+            for (std::uint32_t x = 0; x < 3 * 63; ++x) wrong += part.rgb[3 * 63 * y + x] != after.rgb[3 * (96 * (y + 9) + 17) + x] ? 1 : 0;
         CHECK(wrong == 0);
         std::vector<double> errors;
         for (std::size_t i = 0; i < expected.rgb.size(); ++i) errors.push_back(std::fabs(double{expected.rgb[i]} - in_double[i]));
@@ -449,7 +571,7 @@ TEST_CASE("exact rays: the largest response along a ray, found by a search; the 
     CHECK(picture.rgb[3 * (12 * 32 + 16)] == 0);
 }
 
-TEST_CASE("who knows pinholes alone refuses a lens: a program of the tiles, an enclosure")
+TEST_CASE("who knows pinholes alone refuses a lens and a rolling shutter: a program of the tiles, an enclosure")
 {
     auto const all = support::cloud(20, 6);
     auto const camera = through(lenses()[1].lens, 64, 40);
@@ -469,4 +591,14 @@ TEST_CASE("who knows pinholes alone refuses a lens: a program of the tiles, an e
     CHECK(support::differing_pixels(bent.render(camera).image, report::render_naive(all, camera, {})) == 0);
     CHECK(error_of([&] { report::enclose(all, camera, {}); }).starts_with("no enclosure of a picture through a lens"));
     CHECK(scene::near_for(support::map_of(all), camera) > 0);
+
+    auto rolling = straight;
+    rolling.shutter = fast_hand;
+    auto const at_once = [](char const* who) {
+        return std::string("a camera with a rolling shutter (") + who +
+               " takes a picture as seen at once); leave the shutter out, or take a camera that exposes all rows together";
+    };
+    CHECK(error_of([&] { by_value.render(rolling); }) == at_once("this program of the tiles"));
+    CHECK(support::differing_pixels(bent.render(rolling).image, report::render_naive(all, rolling, {})) == 0);
+    CHECK(error_of([&] { report::enclose(all, rolling, {}); }).starts_with("no enclosure of a picture through a lens"));
 }

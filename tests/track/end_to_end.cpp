@@ -4,6 +4,7 @@
 #include <tilemesh/engine/checked_mesh.hpp>
 #include <tilemesh/renderer.hpp>
 #include <tilemesh/scene/built_in.hpp>
+#include <tilemesh/scene/trajectory.hpp>
 #include <tilemesh/track/pose_evaluator.hpp>
 #include <tilemesh/track/pose_solver.hpp>
 #include <tilemesh/track/spoil.hpp>
@@ -126,6 +127,45 @@ TEST_CASE("a short walk is tracked by colour alone, with noise, 8 bits and a gai
     auto const f = tracker.track(evaluator);
     CHECK(f.verdict == Verdict::lost);
     CHECK(f.pose.position == f.start.position);
+}
+
+TEST_CASE("a walk by a rolling shutter is tracked as one without, if the tracker knows the time of its rows")
+{
+    auto const map = thin_map();
+    int const n = 5;
+    double const readout = 0.8; // of a frame's time
+    scene::Trajectory path;
+    for (int k = 0; k < n; ++k) path.push_back({static_cast<double>(k), pose(k)});
+    Renderer renderer(map, splat::with_planes(splat::lossless, true, true));
+    std::vector<TrackTarget> targets;
+    for (int k = 0; k < n; ++k) {
+        auto seen = camera(k);
+        if (k > 0) seen.shutter = scene::shutter_at(path, static_cast<std::size_t>(k), readout, scene::lens_of(seen)); // the first stands still
+        auto frame = renderer.render(seen);
+        targets.push_back({std::move(frame.image), std::move(frame.depth)});
+    }
+    auto const error = [&](double known) {
+        TrackerOptions options;
+        options.readout = known;
+        Tracker tracker(scene::lens_of(camera(0)), scale, pose(0), options);
+        PoseEvaluator evaluator(map, size);
+        evaluator.options().scene_depth = static_cast<float>(scale);
+        std::vector<scene::Pose> truth, estimated;
+        for (int k = 0; k < n; ++k) {
+            evaluator.set_target(targets[static_cast<std::size_t>(k)]);
+            auto const f = tracker.track(evaluator);
+            CHECK(f.verdict == Verdict::converged);
+            CHECK(f.shutter.rolls() == (known > 0 && k > 0));
+            truth.push_back(pose(k)), estimated.push_back(f.pose);
+        }
+        auto const errors = trajectory_errors(estimated, truth);
+        MESSAGE("readout ", known, ": ATE ", errors.ate.rmse / scale, " of the depth, ", errors.rotation_deg.rmse, " degrees");
+        return std::pair{errors.ate.rmse / scale, errors.rotation_deg.rmse};
+    };
+    auto const without = error(0), with = error(readout);
+    CHECK(4 * with.first < without.first);
+    CHECK(4 * with.second < without.second);
+    CHECK(with.first < 1e-3);
 }
 
 TEST_CASE("tracked poses have equal bits over tile sizes, threads and engines, with all blocks and with a part of them")

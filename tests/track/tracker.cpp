@@ -384,5 +384,8 @@ TEST_CASE("a start that is no pose, a depth that is none and odd cells are refus
     nowhere.position.y = bad;
     CHECK(refusal(1.0, nowhere, 4) != "");
     for (std::uint32_t const cell : {0u, 3u, 128u}) CHECK(refusal(1.0, {}, cell).find("cells of " + std::to_string(cell)) == 0);
+    auto without_time = options();
+    without_time.readout = bad;
+    CHECK(tests::error_of([&] { track::Tracker{lens(), 1.0, {}, without_time}; }).find("a camera that reads its rows in no time") == 0);
     CHECK(std::string(track::name_of(track::Verdict::weak)) == "weak");
 }

@@ -128,6 +128,8 @@ inline std::string text_of(RunFrame const& frame)
         if (frame.view) {
             json.list("intrinsics_px", frame.view->intrinsics_px);
             json.member_as_is("world_to_camera", matrix_text(frame.view->world_to_camera, digits));
+            if (auto const& s = frame.view->shutter; s.rolls())
+                json.list("rolling_shutter", std::array{s.turn[0], s.turn[1], s.turn[2], s.move[0], s.move[1], s.move[2]});
             if (auto const& lens = frame.view->lens; lens.kind != splat::LensKind::pinhole) {
                 json.member("lens", splat::lens_names[static_cast<std::size_t>(lens.kind)]);
                 json.list("lens_coefficients", std::array{lens.k[0], lens.k[1], lens.k[2], lens.k[3], lens.k[4], lens.k[5], lens.p[0], lens.p[1]});

@@ -50,6 +50,10 @@ inline RunFrame frame_of(nlohmann::ordered_json const& json)
             json.at("intrinsics_px").get_to(view.intrinsics_px);
             auto const rows = json.at("world_to_camera").get<std::array<std::array<double, 4>, 4>>();
             for (std::size_t i = 0; i < 16; ++i) view.world_to_camera[i] = rows[i / 4][i % 4];
+            if (json.contains("rolling_shutter")) {
+                auto const words = json.at("rolling_shutter").get<std::array<float, 6>>();
+                for (std::size_t i = 0; i < 6; ++i) (i < 3 ? view.shutter.turn[i] : view.shutter.move[i - 3]) = words[i];
+            }
             if (json.contains("lens")) {
                 auto const& name = json.at("lens").get_ref<std::string const&>();
                 std::size_t kind = 0;

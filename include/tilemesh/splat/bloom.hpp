@@ -154,7 +154,7 @@ struct Bloom {
         }
         Operations o;
         o[Operation::copied] = arrived + left;
-        o[Operation::projection] = Copies::reusable_in(*frame) ? arrived : 0;
+        o[Operation::projection] = projections_through(frame->view.camera, Copies::reusable_in(*frame) ? arrived : 0);
         o[Operation::slot] = times(arrived + (left > arrived ? 1 : 0), marks.size());
         o.settled_bytes = times(arrived, Access::template beam_bytes<BeamMessage<S>>(*frame));
         return o;

@@ -174,11 +174,11 @@ namespace kernel {
 /// The operations of Project, for a cost model: it looks at every stored record, and projects the records that need it.
 template <class S>
 struct ProjectOperations {
-    static Operations operations(Storage<S> const& storage, Counts const& counts) noexcept
+    static Operations operations(Broadcast<typename S::Parameters> frame, Storage<S> const& storage, Counts const& counts) noexcept
     {
         Operations o;
         o[Operation::slot] = storage.size();
-        o[Operation::projection] = counts.projected;
+        o[Operation::projection] = projections_through(frame->view.camera, counts.projected);
         return o;
     }
 };

@@ -300,7 +300,6 @@ struct RowShear {
     Real aside, stretch;
     typename A::Mask seen;
 
-    RowShear() noexcept = default;
     TILEMESH_KERNEL RowShear(Camera const& c, Real const& across, Real const& down) noexcept
     {
         Real const per_row = A::all(1.0f / c.fy), left = A::all(1.0f) - down * per_row;
@@ -394,7 +393,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
     Factor<A> f;
     Real mean_x, mean_y;
     for (int i = 0; i < 3; ++i) f.axis[i] = {dot(w0, axis[i]), dot(w1, axis[i]), dot(w2, axis[i])};
-    Vector3<A> moves; // the mean, a focal length of rows
+    Vector3<A> moves = mean; // the mean, a focal length of rows
     if (rolls) {
         RowMotion<A> const row(c, mean);
         for (auto& each : f.axis) each = row.turned(each);
@@ -405,7 +404,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         }
         z = mean.z;
     }
-    RowShear<A> shear;
+    Real across = A::all(0.0f), down = across; // that motion in the picture
     if (bends) {
         Bent<A> const bent(c, mean);
         visible = A::every(visible, bent.seen);
@@ -415,7 +414,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         f.multiply(scale, bent);
         if (rolls) {
             Real const p = dot(bent.across, moves), q = dot(bent.down, moves);
-            shear = RowShear<A>(c, A::multiply_add(bent.mix[0], p, bent.mix[1] * q), A::multiply_add(bent.mix[2], p, bent.mix[3] * q));
+            across = A::multiply_add(bent.mix[0], p, bent.mix[1] * q), down = A::multiply_add(bent.mix[2], p, bent.mix[3] * q);
         }
         mean_x = c.fx * bent.u;
         mean_y = c.fy * bent.v;
@@ -426,12 +425,14 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
         f.px_per_x = A::all(c.fx) / z;
         f.px_per_y = A::all(c.fy) / z;
         f.multiply(scale);
-        if (rolls)
-            shear = RowShear<A>(c, f.px_per_x * A::multiply_add(-f.jx, moves.z, moves.x), f.px_per_y * A::multiply_add(-f.jy, moves.z, moves.y));
+        if (rolls) {
+            across = f.px_per_x * A::multiply_add(-f.jx, moves.z, moves.x), down = f.px_per_y * A::multiply_add(-f.jy, moves.z, moves.y);
+        }
         mean_x = c.fx * slope_x;
         mean_y = c.fy * slope_y;
     }
     if (rolls) {
+        RowShear<A> const shear(c, across, down);
         visible = A::every(visible, shear.seen);
         f.shear(shear.aside, shear.stretch);
     }
@@ -451,6 +452,7 @@ TILEMESH_KERNEL Outcome<A> project_words(GaussianWords<A> const& g, View const& 
             per_unit = inverse_of_power(unit);
             scale = {scale.x * per_unit, scale.y * per_unit, scale.z * per_unit};
         };
+        RowShear<A> const shear(c, across, down);
         float const more = rolls ? shear.stretch + std::fabs(shear.aside) : 1.0f;
         if (bends) {
             Bent<A> const bent(c, mean);

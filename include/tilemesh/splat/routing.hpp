@@ -229,7 +229,7 @@ struct RouteOperations {
         std::uint32_t const own = left > arrived ? left - arrived : 0;
         Operations o;
         o[Operation::routed] = arrived + left;
-        o[Operation::projection] = S::Addressing::carried_in(*frame) ? home : arrived;
+        o[Operation::projection] = projections_through(frame->view.camera, S::Addressing::carried_in(*frame) ? home : arrived);
         o[Operation::slot] = times(home + (own != 0 ? 1 : 0), marks.size());
         o.settled_bytes = times(settled, AccessOf<S>::template road_bytes<RoadMessage<S>>(*frame));
         return o;

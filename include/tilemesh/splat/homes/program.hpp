@@ -18,10 +18,10 @@ struct Project {
             seen[i] = splat::Access<FrameParameters>::project(home[i], *frame);
     }
     /// For a cost model. All workers wait for the one with the most records.
-    static Operations operations(Home<P> const& home, Worker worker) noexcept
+    static Operations operations(Broadcast<FrameParameters> frame, Home<P> const& home, Worker worker) noexcept
     {
         Operations o;
-        o[Operation::projection] = (home.size() + worker.count - 1) / worker.count;
+        o[Operation::projection] = projections_through(frame->view.camera, (home.size() + worker.count - 1) / worker.count);
         return o;
     }
 };

@@ -48,10 +48,10 @@ struct ProjectRecords {
             set(entries[i], project(records[i], step->view, step->tiling), records[i].id, *step, here.tile);
     }
     /// For a cost model. A projection's price is that of one worker; all work at once, and wait for the one with the most.
-    static splat::Operations operations(Entries const& entries, Worker worker) noexcept
+    static splat::Operations operations(Broadcast<StepParameters> step, Entries const& entries, Worker worker) noexcept
     {
         splat::Operations o;
-        o[splat::Operation::projection] = (entries.size() + worker.count - 1) / worker.count;
+        o[splat::Operation::projection] = projections_through(step->view.camera, (entries.size() + worker.count - 1) / worker.count);
         return o;
     }
     /// A template, so that programs for tiles have no word that says which instruction set a host has.
@@ -83,7 +83,7 @@ struct ProjectShaded {
             set(entries[i], project(records[i], step->view, step->tiling), records[i], states[i], *step, here.tile);
     }
     /// For a cost model, as `ProjectRecords`. A splat that nothing shows is not shaded.
-    static ShadedOperations operations(Entries const& entries, Worker worker) noexcept
+    static ShadedOperations operations(Broadcast<StepParameters> step, Entries const& entries, Worker worker) noexcept
     {
         std::uint32_t shaded = 0;
         for (std::uint32_t w = 0; w < worker.count; ++w) {
@@ -92,7 +92,7 @@ struct ProjectShaded {
             shaded = mine > shaded ? mine : shaded;
         }
         ShadedOperations o;
-        o[ShadedOperation::projection] = (entries.size() + worker.count - 1) / worker.count;
+        o[ShadedOperation::projection] = projections_through(step->view.camera, (entries.size() + worker.count - 1) / worker.count);
         o[ShadedOperation::harmonic] = times(shaded, worker.count * (Optimiser::words / 3));
         return o;
     }

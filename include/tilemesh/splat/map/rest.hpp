@@ -62,10 +62,10 @@ struct FindGoals {
             goals[i] = goal_of(project(records[i], step->view, step->tiling), here.tile);
     }
     /// For a cost model, as `ProjectRecords`.
-    static splat::Operations operations(Records const& records, Worker worker) noexcept
+    static splat::Operations operations(Broadcast<StepParameters> step, Records const& records, Worker worker) noexcept
     {
         splat::Operations o;
-        o[splat::Operation::projection] = (records.size() + worker.count - 1) / worker.count;
+        o[splat::Operation::projection] = projections_through(step->view.camera, (records.size() + worker.count - 1) / worker.count);
         return o;
     }
     /// A template, as `ProjectRecords::OnOneThread` is.
