@@ -83,8 +83,8 @@ void look(Found& found, StiffScene<Gaussian> const& s, char const* lens)
         found.splats += e.visible() ? 1 : 0;
         found.boxes += e.visible() ? std::uint64_t{rect.x1 - rect.x0} * (rect.y1 - rect.y0) : 0;
         for (auto const& [x, y, ray] : rays) {
-            if (!(report::detail::dot(exact.towards, ray) > 0)) continue;
             auto const d = report::detail::times(exact.whitening, ray), away = report::detail::cross(exact.mean, d);
+            if (!(report::detail::dot(exact.mean, d) > 0)) continue;
             double const squared = report::detail::dot(away, away) / report::detail::dot(d, d), alpha = exact.opacity * std::exp(-0.5 * squared);
             if (!(alpha > alpha_min * 1.00005)) continue;
             ++found.needed;
