@@ -51,7 +51,7 @@ see_counter() {
         fail "the schema has no counter"
     ! grep 'report.json: ' schema.log || fail "the schema does not describe the report"
     grep -q '^exchanged: .* copies sent, ' text || fail "the text has no counter"
-    head -n 1 trace/counters.csv | grep -q ',copies_sent,' || fail "the CSV has no counter"
+    head -n 1 trace/frames.csv | grep -q ',copies_sent,' || fail "the CSV has no counter"
     grep -q '>copies_sent<.*>Messages of bloom\.<' trace/report.html || fail "the page of a trace has no counter"
     cat >see.py <<'TEXT'
 import csv, sys
@@ -63,7 +63,7 @@ def check(what, copies, hops, messages):
     assert copies > 1000 and copies == messages - hops
 report = read_report.load_report("report.json")
 check("report.json", *(read_report.column(report, name)[0] for name in ("copies_sent", "hops", "messages")))
-row = next(csv.DictReader(open("trace/counters.csv")))
+row = next(csv.DictReader(open("trace/frames.csv")))
 check("CSV", *(int(row[name]) for name in ("copies_sent", "hops", "messages")))
 render()
 frame = ask(b"run")["frames"][0]

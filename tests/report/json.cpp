@@ -118,6 +118,7 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     auto& f = all.frames[0];
     f.timestamp_s = 0.5;
     f.view.emplace().lens.kind = tilemesh::splat::LensKind::fov;
+    f.view->shutter.turn[0] = 0.5f;
     f.depth = "frame_0000.depth.pfm";
     f.alpha = "frame_0000.alpha.pfm";
     f.modelled = {"mk2", 123456, 0.25};
@@ -140,8 +141,8 @@ TEST_CASE("report.schema.json describes every member of report.json, and notices
     CHECK(validator.errors(report::json_of(bare)) == std::vector<std::string>{});
 
     std::set<std::string> const optional = {"image", "depth", "alpha", "timestamp_s", "intrinsics_px", "world_to_camera", "modelled", "lens",
-                                            "lens_coefficients", "full_tiles", "unfinished", "error", "error_same_cuts", "photograph", "compared",
-                                            "certified", "compared_certified"};
+                                            "lens_coefficients", "rolling_shutter", "full_tiles", "unfinished", "error", "error_same_cuts",
+                                            "photograph", "compared", "certified", "compared_certified"};
     for (auto const& [change, spoiled] : json_schema::spoiled(json)) {
         auto const& how = change; // Clang 14 captures no structured binding
         CAPTURE(how);

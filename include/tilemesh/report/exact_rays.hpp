@@ -107,7 +107,8 @@ bool before_rays(Record const& g, splat::Camera const& camera, splat::Rules cons
     out.most = 2 * std::log(opacity / alpha_min);
     // The Gaussian's ellipsoid lies in a ball of this radius: the largest eigenvalue of a covariance is below its trace.
     auto const& move = camera.shutter.move;
-    double const moves = rolls ? camera.shutter.reach * std::hypot(double{move[0]}, double{move[1]}, double{move[2]}) : 0; // other rows stand elsewhere
+    // Other rows stand elsewhere.
+    double const moves = rolls ? camera.shutter.reach * std::hypot(double{move[0]}, double{move[1]}, double{move[2]}) : 0;
     double const radius = std::sqrt(out.most * (covariance[0][0] + covariance[1][1] + covariance[2][2])) + moves;
     double const distance = std::sqrt(dot(p, p));
     out.direction = {p[0] / distance, p[1] / distance, p[2] / distance};

@@ -38,7 +38,8 @@ struct ViewOf {
 
     ViewOf() = default;
     /// `origin`: what the reader of the map subtracted (`scene::Map::origin`); the view is in the coordinates of the file.
-    explicit ViewOf(splat::Camera const& c, std::array<double, 3> const& origin = {}) : intrinsics_px{c.fx, c.fy, c.cx, c.cy}, lens(c.lens), shutter(c.shutter)
+    explicit ViewOf(splat::Camera const& c, std::array<double, 3> const& origin = {})
+        : intrinsics_px{c.fx, c.fy, c.cx, c.cy}, lens(c.lens), shutter(c.shutter)
     {
         world_to_camera[15] = 1;
         for (std::size_t row = 0; row < 3; ++row)

@@ -225,7 +225,7 @@ struct LensRay {
     Vector3<A> ray;
     typename A::Mask seen;
 
-    TILEMESH_KERNEL LensRay(Camera const& c, Real const& u, Real const& v) noexcept : ray{u, v, A::all(1.0f)}, seen(u >= u)
+    TILEMESH_KERNEL LensRay(Camera const& c, Real const& u, Real const& v) noexcept : ray{u, v, A::all(1.0f)}, seen(A::magnitude(u) < A::all(3e38f))
     {
         if (c.lens.kind == LensKind::pinhole) return;
         Real const zero = A::all(0.0f), one = A::all(1.0f);

@@ -292,8 +292,8 @@ struct RowMotion {
     }
 };
 
-/// What the rows' time does to V, where the picture of a mean moves by w = (across, down) pixels a focal length of rows: with w in pixels a row, (1 - w
-/// e_y^T)^-1 V, so row1 + aside row2 and stretch row2. Not seen: the picture keeps up with the rows within an eighth.
+/// What the rows' time does to V, where the picture of a mean moves by w = (across, down) pixels a focal length of rows: with w in pixels a row,
+/// (1 - w e_y^T)^-1 V, so row1 + aside row2 and stretch row2. Not seen: the picture keeps up with the rows within an eighth.
 template <class A>
 struct RowShear {
     using Real = typename A::Real;

@@ -26,7 +26,8 @@ inline float twice_to_border(float centre, std::uint32_t size, SlopeBorder borde
 }
 } // namespace detail
 
-/// Sets `limit` and `ends` of a lens (Lens), and `reach` of a shutter, from the picture's size, unless they are given. Cost: about 10,000 flops, for a lens that bends.
+/// Sets `limit` and `ends` of a lens (Lens), and `reach` of a shutter, from the picture's size, unless they are given. Cost: about 10,000 flops,
+/// for a lens that bends.
 inline void bound_lens(Camera& c) noexcept
 {
     Lens& lens = c.lens;

@@ -109,17 +109,19 @@ public:
         auto const stages = stages_of(method, wide ? options_.coarsest_wide : options_.coarsest);
         auto const attempt = [&](scene::Pose const& start) {
             TrackedFrame tried;
-            tried.start = start;
+            tried.start = start, tried.shutter = lens_.shutter;
             tried.solution = solve_pose(evaluate, start, lens_, scale_, stages, exposure_, options_.exposure);
             judge(tried, share);
             return tried;
         };
         auto const roll = [&](scene::Pose const& from, scene::Pose const& to, double time) {
-            lens_.shutter = options_.readout > 0.0 && time > 0.0 ? scene::rolling_shutter(from, to, time / options_.readout, lens_, to) : splat::Shutter{};
+            bool const rolls = options_.readout > 0.0 && time > 0.0;
+            lens_.shutter = rolls ? scene::rolling_shutter(from, to, time / options_.readout, lens_, to) : splat::Shutter{};
         };
         roll(before_, last_, moves ? interval_ : 0.0);
         auto frame = attempt(moves ? predicted(before_, last_, gap / interval_) : last_);
-        if (options_.readout > 0.0 && tracked_ > 0 && !wide && gap > 0.0 && frame.verdict != Verdict::lost) {
+        // Also where the first solution is lost: the shutter of a motion that began just now may be what is missing.
+        if (options_.readout > 0.0 && tracked_ > 0 && !wide && gap > 0.0 && frame.solution.ending != Ending::unusable) {
             roll(last_, frame.solution.pose, gap);
             auto again = attempt(frame.solution.pose);
             again.start = frame.start, again.solution.evaluations += frame.solution.evaluations;
@@ -141,7 +143,6 @@ public:
             return frame;
         }
         frame.pose = frame.solution.pose;
-        frame.shutter = lens_.shutter;
         frame.exposure = exposure_ = frame.solution.exposure;
         if (wide || tracked_ == 0) interval_ = 0.0; // at rest after a gap: the motion in it is unknown
         else if (gap > 0.0) before_ = last_, interval_ = gap;

@@ -235,8 +235,8 @@ TILEMESH_HOST Enclosure enclose(std::span<EnclosedRecord const> records, splat::
     if (whole && options.planes)
         throw Error("no enclosure of depth and alpha without cut-offs (a pixel that shows next to nothing has any depth); take Cuts::same");
     if (camera.lens.kind != splat::LensKind::pinhole || camera.shutter.rolls())
-        throw Error("no enclosure of a picture through a lens that bends it, or of a rolling shutter (its projection is not enclosed); take a pinhole "
-                    "camera");
+        throw Error("no enclosure of a picture through a lens that bends it, or of a rolling shutter (its projection is not enclosed); take a "
+                    "pinhole camera");
     auto rules = given;
     if (whole)
         rules.alpha_min = faintest, rules.alpha_max = 1, rules.transmittance_min = 0, rules.stop = splat::Stop::after_crossing,

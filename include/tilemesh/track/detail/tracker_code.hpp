@@ -29,7 +29,8 @@ TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scen
         throw Error("a camera cannot be tracked from here (the median depth of the map is not finite, or not positive); start where the map "
                     "is seen");
     if (!std::isfinite(options.readout) || options.readout < 0.0)
-        throw Error("a camera that reads its rows in no time that is a number (readout; 0: all at once); give the time from the first row to the last");
+        throw Error("a camera that reads its rows in no time that is a number (readout; 0: all at once); give the time from the first row to the "
+                    "last");
     for (std::uint32_t const cell : {options.coarsest, options.coarsest_wide})
         if (cell == 0 || cell > 64 || (cell & (cell - 1)) != 0)
             throw Error("cells of " + std::to_string(cell) +
