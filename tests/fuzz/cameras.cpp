@@ -1,8 +1,11 @@
-#include "plain_cameras.hpp"
 #include "require.hpp"
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/camera_json.hpp>
 #include <tilemesh/scene/colmap.hpp>
+#include <tilemesh/scene/lens.hpp>
 #include <tilemesh/scene/named_camera.hpp>
 #include <tilemesh/splat/camera.hpp>
 
@@ -37,106 +40,72 @@ std::string edited(std::string_view form, std::string_view edits)
     return text;
 }
 
-/// The meaning of an input, and the plain reader's result for it. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or
-/// '|', images.txt. 'B': COLMAP, the rest is a byte of the length of cameras.bin, cameras.bin, images.bin. 'O', 'T': edits of the library's form and of the form of a training. Any other byte: JSON.
-struct Input {
-    explicit Input(std::string const& text) : is_colmap(text.starts_with('C')), is_binary(text.starts_with('B'))
-    {
-        if (is_binary) {
-            std::size_t const length = text.size() < 2 ? 0 : static_cast<unsigned char>(text[1]);
-            first = text.substr(std::min<std::size_t>(2, text.size()), length);
-            images_txt = text.substr(std::min(2 + length, text.size()));
-            expected = plain::colmap_binary(first, images_txt, close);
-            return;
-        }
-        if (is_colmap) {
-            std::size_t const middle = std::min(text.find_first_of(std::string_view("\0|", 2), 1), text.size());
-            first = text.substr(1, middle - 1);
-            images_txt = text.substr(std::min(middle + 1, text.size()));
-            expected = plain::colmap(first, images_txt, close);
-            return;
-        }
-        first = text.starts_with('O') ? edited(own_form, text.substr(1)) : text.starts_with('T') ? edited(training_form, text.substr(1)) : text;
-        plain::JsonCameras json;
-        expected = json.read(first);
-        close = json.close;
-        is_json = json.is_json;
-        unread = json.unread;
-        unread_of_file = json.unread_of_file;
-    }
-
-    std::vector<scene::NamedCamera> read(std::vector<std::string>& notes) const
-    {
-        std::istringstream stream(first), images(images_txt);
-        constexpr auto refused = scene::DistortedLens::refused;
-        if (is_binary) return scene::read_colmap_binary(stream, images, "cameras.bin", "images.bin", refused);
-        return is_colmap ? scene::read_colmap(stream, images, "cameras.txt", "images.txt", refused)
-                         : scene::read_cameras_json(stream, "file", &notes, refused);
-    }
-
-    bool is_colmap, is_binary, is_json = true;
-    bool close = false; ///< near a limit, so that rounding decides
-    std::string first, images_txt;
-    plain::Cameras expected;
-    std::map<std::string, std::size_t> unread;
-    std::set<std::string> unread_of_file;
-};
-
-/// Equal except for rounding: one float step, in units of `scale`.
-bool near_to(float value, double expected, double scale = 1.0)
+/// Reads an input. The first byte chooses. 'C': COLMAP, the rest is cameras.txt, a NUL or '|', images.txt. 'B': COLMAP, the rest is a byte of
+/// the length of cameras.bin, cameras.bin, images.bin. 'O', 'T': edits of the library's form and of the form of a training. Any other byte: JSON.
+std::vector<scene::NamedCamera> read(std::string const& text, std::vector<std::string>& notes)
 {
-    return std::fabs(static_cast<double>(value) - expected) <= 2e-7 * std::max(std::fabs(expected), scale) + 1e-44; // below: no float
+    constexpr auto kept = scene::DistortedLens::kept;
+    bool const is_colmap = text.starts_with('C'), is_binary = text.starts_with('B');
+    if (is_colmap || is_binary) {
+        std::size_t const length = is_binary && text.size() > 1 ? static_cast<unsigned char>(text[1]) : 0;
+        std::size_t const begin = std::min<std::size_t>(is_binary ? 2 : 1, text.size());
+        std::size_t const end = is_binary ? begin + length : text.find_first_of(std::string_view("\0|", 2), 1), middle = std::min(end, text.size());
+        std::istringstream lenses(text.substr(begin, middle - begin));
+        std::istringstream images(text.substr(std::min(middle + (is_colmap ? 1 : 0), text.size())));
+        if (is_binary) return scene::read_colmap_binary(lenses, images, "cameras.bin", "images.bin", kept, &notes);
+        return scene::read_colmap(lenses, images, "cameras.txt", "images.txt", kept, &notes);
+    }
+    bool const is_own = text.starts_with('O'), is_edited = is_own || text.starts_with('T');
+    std::istringstream stream(is_edited ? edited(is_own ? own_form : training_form, text.substr(1)) : text);
+    return scene::read_cameras_json(stream, "file", &notes, kept);
 }
 
-void require_same(std::vector<scene::NamedCamera> const& read, std::vector<plain::Camera> const& expected)
+/// The cameras as a file in the library's own form.
+std::string own_text(std::vector<scene::NamedCamera> const& cameras)
 {
-    require(read.size() == expected.size(), "as many cameras as the plain reader finds");
-    for (std::size_t i = 0; i < read.size(); ++i) {
-        auto const& [scene, file, name, c, position, names_near, mask, split] = read[i];
-        (void)names_near, (void)mask, (void)split;
-        auto const& e = expected[i];
-        require(scene == e.scene && file == e.file && name == e.name, "names are those that the plain reader reads");
-        require(c.width == e.width && c.height == e.height && near_to(c.fx, e.fx) && near_to(c.fy, e.fy) && near_to(c.cx, e.cx) &&
-                    near_to(c.cy, e.cy) && near_to(c.near_depth, e.near, 0.0),
-                "the lens is as the plain reader reads it");
-        double const far = std::max({std::fabs(e.centre[0]), std::fabs(e.centre[1]), std::fabs(e.centre[2])});
-        for (unsigned row = 0; row < 3; ++row) {
-            require(near_to(c.position[row], e.centre[row], far), "the centre is as the plain reader reads it");
-            require(position && c.position[row] == static_cast<float>((*position)[static_cast<int>(row)]), "the centre is the rounded one of double");
-            for (unsigned column = 0; column < 3; ++column)
-                require(near_to(c.rotation[row][column], e.rotation[row][column]), "the rotation is as the plain reader reads it");
+    auto list = nlohmann::json::array();
+    for (auto const& each : cameras) {
+        auto const& c = each.camera;
+        auto rows = nlohmann::json::array();
+        for (int i = 0; i < 3; ++i) {
+            double const x = double{c.rotation[i][0]}, y = double{c.rotation[i][1]}, z = double{c.rotation[i][2]};
+            rows.push_back({x, y, z, -glm::dot(glm::dvec3{x, y, z}, *each.position)});
         }
+        rows.push_back({0, 0, 0, 1});
+        auto const& l = c.lens;
+        char const* const model = l.kind == splat::LensKind::opencv ? "FULL_OPENCV" : l.kind == splat::LensKind::fisheye ? "OPENCV_FISHEYE" : "FOV";
+        list.push_back({{"name", each.name}, {"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx}, {"cy", c.cy},
+                        {"near", c.near_depth}, {"world_to_camera", rows}});
+        if (!each.scene.empty()) list.back()["scene"] = each.scene;
+        if (!each.file.empty()) list.back()["file"] = each.file;
+        if (l.kind == splat::LensKind::pinhole) continue;
+        list.back().update({{"camera_model", model}, {"k1", l.k[0]}});
+        if (l.kind != splat::LensKind::fov) list.back().update({{"k2", l.k[1]}, {"k3", l.k[2]}, {"k4", l.k[3]}});
+        if (l.kind == splat::LensKind::opencv) list.back().update({{"p1", l.p[0]}, {"p2", l.p[1]}, {"k5", l.k[4]}, {"k6", l.k[5]}});
     }
+    return nlohmann::json{{"cameras", list}}.dump();
 }
 
-/// As `require_notes`, for the keys of the whole file; takes their notes away.
-void require_notes_of_file(std::vector<std::string>& notes, std::set<std::string> const& unread)
+/// What is written in the library's form is read back, and every key is known.
+void require_written(std::vector<scene::NamedCamera> const& cameras)
 {
-    auto const of_file = [](std::string const& note) { return note.rfind("the file has ", 0) == 0; };
-    auto const count = static_cast<std::size_t>(std::count_if(notes.begin(), notes.end(), of_file));
-    bool plain_keys = true;
-    for (auto const& key : unread) plain_keys = plain_keys && key.size() <= 40 && plain::printable(key);
-    if (plain_keys) require(count == std::min<std::size_t>(unread.size(), 9), "each key beside the frames that is not read has a note");
-    for (auto const& key : unread)
-        if (plain_keys && unread.size() <= 8)
-            require(std::count(notes.begin(), notes.end(), "the file has \"" + key + "\", which is not read") == 1, "the keys of the file are named");
-    notes.erase(std::remove_if(notes.begin(), notes.end(), of_file), notes.end());
-    std::erase_if(notes, [](std::string const& note) {
-        return note.find(" names in train_filenames, ") != note.npos || note.find(" and a camera_angle that ") != note.npos;
-    });
-}
-
-/// A note for each key that is not read, or for eight of them and one more for the others.
-void require_notes(std::vector<std::string> const& notes, std::map<std::string, std::size_t> const& unread)
-{
-    std::set<std::string> expected;
-    for (auto const& [key, cameras] : unread)
-        expected.insert(std::to_string(cameras) + (cameras == 1 ? " camera has \"" : " cameras have \"") + key + "\", which is not read");
-    for (auto const& note : notes) require(note.size() < 200 && note.find('\n') == note.npos, "a note is a short line");
-    if (unread.size() > 8) return require(notes.size() == 9, "eight keys are named, and that there are more");
-    for (auto const& [key, cameras] : unread)
-        if (key.size() > 40 || !plain::printable(key)) return; // keys of one beginning share a note
-    require(std::set<std::string>(notes.begin(), notes.end()) == expected, "the keys that are not read are named");
+    for (auto const& each : cameras)
+        if (glm::length(*each.position) > 9e36) return; // rounding may lead beyond the readers' 1e37
+    std::istringstream stream(own_text(cameras));
+    std::vector<std::string> notes;
+    auto const again = scene::read_cameras_json(stream, "again", &notes);
+    require(notes.empty() && again.size() == cameras.size(), "every camera is read back without a note");
+    for (std::size_t i = 0; i < again.size(); ++i) {
+        auto const &a = again[i].camera, &b = cameras[i].camera;
+        bool same = a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy;
+        same = same && a.near_depth == b.near_depth && scene::text_of(a.lens) == scene::text_of(b.lens);
+        same = same && scene::label(again[i]) == scene::label(cameras[i]) && again[i].file == cameras[i].file;
+        for (int k = 0; k < 3; ++k) same = same && std::equal(a.rotation[k], a.rotation[k] + 3, b.rotation[k]);
+        require(same, "a camera is read back");
+        // A rotation is orthonormal within 1e-3 alone, and a centre is its transpose times the translation.
+        double const off = glm::length(*again[i].position - *cameras[i].position);
+        require(off <= 4e-3 * glm::length(*cameras[i].position) + 1e-300, "its centre is read back");
+    }
 }
 
 void require_camera(splat::Camera const& c)
@@ -149,9 +118,10 @@ void require_camera(splat::Camera const& c)
             require(std::fabs(product - (i == j ? 1.0 : 0.0)) <= 2e-3, "the rotation is orthonormal");
         }
     }
-    plain::Matrix rotation{};
-    for (unsigned i = 0; i < 3; ++i) std::copy_n(c.rotation[i], 3, rotation[i].begin());
-    require(plain::determinant(rotation) > 0.0, "the rotation is not mirrored");
+    auto const& r = c.rotation;
+    float const volume = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) - r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
+                         r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
+    require(volume > 0.0f, "the rotation is not mirrored");
     require(std::isfinite(c.fx) && c.fx > 0.0f && std::isfinite(c.fy) && c.fy > 0.0f, "focal lengths are positive");
     require(std::isfinite(c.cx) && std::isfinite(c.cy), "the principal point is finite");
     require(std::isfinite(c.near_depth) && c.near_depth > 0.0f, "near is positive");
@@ -162,31 +132,27 @@ void require_camera(splat::Camera const& c)
 
 extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
-    Input const input({reinterpret_cast<char const*>(data), size});
-    bool read = false;
+    std::string const input(reinterpret_cast<char const*>(data), size);
+    std::vector<scene::NamedCamera> cameras;
+    std::vector<std::string> notes;
     try {
-        std::vector<std::string> notes;
-        auto const cameras = input.read(notes);
-        read = true;
-        require(input.close || input.expected.has_value(), "what the plain reader refuses is refused");
-        if (input.expected) require_same(cameras, *input.expected);
-        if (input.expected) require_notes_of_file(notes, input.unread_of_file);
-        if (input.expected) require_notes(notes, input.unread);
-        for (auto const& camera : cameras) {
-            require_camera(camera.camera);
-            require(!camera.name.empty(), "a camera has a name");
-            auto const label = scene::label(camera);
-            auto const chosen = scene::select_cameras(cameras, label, "map");
-            require(chosen.size() == 1 && splat::same_view(chosen[0].camera, camera.camera), "a label selects its camera");
-        }
-        scene::select_cameras(cameras, "", "map");
+        cameras = read(input, notes);
     } catch (Error const& error) {
-        std::string const text = error.what();
-        require_error(text);
-        if (read) return 0; // no camera belongs to the map
-        require(input.close || !input.expected.has_value(), "what the plain reader reads is read");
-        bool const says_no_json = text.find(" is not JSON (") != text.npos || text.find("nested deeper than 64") != text.npos;
-        require(says_no_json == !input.is_json, "what is no JSON is called so, and nothing else is");
+        require_error(error.what());
+        return 0;
+    }
+    for (auto const& note : notes) require(note.size() < 500 && is_one_line(note), "a note is a short line");
+    for (auto const& camera : cameras) {
+        require_camera(camera.camera);
+        require(!camera.name.empty(), "a camera has a name");
+        auto const chosen = scene::select_cameras(cameras, scene::label(camera), "map");
+        require(chosen.size() == 1 && splat::same_view(chosen[0].camera, camera.camera), "a label selects its camera");
+    }
+    require_written(cameras);
+    try {
+        scene::select_cameras(cameras, "", "map");
+    } catch (Error const& error) { // no camera belongs to the map
+        require_error(error.what());
     }
     return 0;
 }

@@ -1,12 +1,11 @@
 #include "../scene/map_writers.hpp"
 #include "../scene/plain_codecs.hpp"
-#include "plain_maps.hpp"
-#include "require.hpp"
-#include "same_map.hpp"
+#include "map_promises.hpp"
 #include <span>
 #include <tilemesh/error.hpp>
 #include <tilemesh/scene/codecs.hpp>
 #include <tilemesh/scene/map_file.hpp>
+#include <utility>
 
 namespace {
 
@@ -35,8 +34,10 @@ std::string archive_of(std::string const& text)
     auto files = scene_test::PackedSog::random(2, 2, 1, numbers).files(packing);
     std::size_t at = std::min(text.find('\n'), text.size());
     files["meta.json"] = text.substr(0, at);
-    for (auto& [name, content] : files)
-        for (std::size_t i = 0; name != "meta.json" && i < content.size() && ++at < text.size(); ++i) content[i] = static_cast<char>(content[i] ^ text[at]);
+    for (auto& [name, content] : files) {
+        if (name == "meta.json") continue;
+        for (std::size_t i = 0; i < content.size() && ++at < text.size(); ++i) content[i] = static_cast<char>(content[i] ^ text[at]);
+    }
     return scene_test::write_zip(files, packing, false);
 }
 
@@ -65,9 +66,6 @@ extern "C" int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size
         if (map.notes.empty()) return 0;
         if (map.notes[0].starts_with("read as SOG")) ++reached[sog_maps];
         if (map.notes[0].starts_with("read as SPZ")) ++reached[spz_maps];
-        if (auto const expected = plain::compressed(bytes, map.notes[0])) require_same(map, *expected);
-        else require(map.notes[0].find("read as ") != 0 || (map.notes[0].find("read as SOG") == 0 && plain::has_a_key_twice(bytes)),
-                     "every format has a plain reader, which reads what the library reads");
     } catch (tilemesh::Error const& error) {
         require_short_error(error.what());
     }

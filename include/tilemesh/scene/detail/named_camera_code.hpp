@@ -87,6 +87,9 @@ TILEMESH_HOST splat::Lens lens_of_values(LensValues const& values, std::string& 
                           : given ? LensKind::opencv : LensKind::pinhole;
     for (std::size_t i = 0; i < 6; ++i) lens.k[i] = static_cast<float>(k[i]);
     for (std::size_t i = 0; i < 2; ++i) lens.p[i] = static_cast<float>(k[6 + i]);
+    // Coefficients that float rounds to 0 bend nothing.
+    auto const none = [](float v) { return v == 0.0f; };
+    if (lens.kind == LensKind::opencv && std::all_of(lens.k, lens.k + 6, none) && std::all_of(lens.p, lens.p + 2, none)) return {};
     return lens;
 }
 
