@@ -79,18 +79,24 @@ struct BlendExactHits {
             ExactSplat const& s = *hit.splat;
             float const view_depth = s.Splat::depth();
             for (std::uint32_t i = 0; i < block_width; i += N) {
-                Words<N> const x = counted_lanes<N>() + static_cast<std::int32_t>(i);
+                auto const begin = static_cast<std::int32_t>(i);
+                if (hit.x1 <= begin || hit.x0 >= begin + static_cast<std::int32_t>(N)) continue;
+                Words<N> const x = counted_lanes<N>() + begin;
                 Words<N> const columns = (x >= hit.x0) & (x < hit.x1);
                 for (auto r = static_cast<std::uint32_t>(hit.y0); r < static_cast<std::uint32_t>(hit.y1); ++r) {
                     Floats<N> const dx = load<N>(block.ray[0][r] + i) - s.towards[0], dy = load<N>(block.ray[1][r] + i) - s.towards[1];
                     Floats<N> const dz = load<N>(block.ray[2][r] + i) - s.towards[2];
                     Floats<N> const first = along<N>(s.first, dx, dy, dz), second = along<N>(s.second, dx, dy, dz);
                     Floats<N> const depth = along<N>(s.depth, dx, dy, dz) + 1.0f, q = multiply_add_lanes<N>(first, first, second * second);
-                    Floats<N> const power = -q / multiply_add_lanes<N>(depth, depth, s.spread * q);
+                    Floats<N> const all = multiply_add_lanes<N>(depth, depth, s.spread * q);
+                    // Below the power `faintest`, which is .01 below that of alpha_min, alpha is too faint: no quotient, no exponential.
+                    Words<N> const open = columns & (depth > 0.0f) & (load<N>(block.t[r] + i) >= m.transmittance_min) & ~(q > -s.faintest * all);
+                    if (any_lane<N>(open) == 0) continue;
+                    Floats<N> const power = -q / all;
                     Floats<N> const raw = s.opacity * exponential_lanes<N>(power, lowest);
                     Floats<N> const alpha = A::select(raw < m.alpha_max, raw, broadcast<N>(m.alpha_max));
                     Floats<N> t = load<N>(block.t[r] + i);
-                    Words<N> takes_part = columns & (depth > 0.0f) & (alpha >= m.alpha_min) & (t >= m.transmittance_min);
+                    Words<N> takes_part = open & (alpha >= m.alpha_min);
                     if (drops) {
                         Words<N> const crosses = takes_part & (t - alpha * t < m.transmittance_min);
                         t = A::select(crosses, -t, t);
