@@ -298,5 +298,8 @@ TEST_CASE("session: medians of depths, and what it refuses with a line")
     o = {};
     o.most_open = std::numeric_limits<double>::quiet_NaN();
     CHECK(tests::error_of([&] { begun(o); }).find("is open") != std::string::npos);
+    o = {};
+    o.tracker.readout = 0.5;
+    CHECK(tests::error_of([&] { begun(o); }).find("a session cannot map by a rolling shutter (") == 0);
     CHECK(tests::error_of([&] { Session({}, on_slam::lens(), 0, on_slam::pose(0)); }).find("scene depth") != std::string::npos);
 }

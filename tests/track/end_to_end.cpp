@@ -167,6 +167,17 @@ TEST_CASE("a walk by a rolling shutter is tracked as one without, if the tracker
     CHECK(4 * with.first < without.first);
     CHECK(4 * with.second < without.second);
     CHECK(with.first < 1e-3);
+
+    // A stamp that says that the camera turned by radians while it read a frame: such a shutter is left out.
+    TrackerOptions options;
+    options.readout = readout;
+    Tracker tracker(scene::lens_of(camera(0)), scale, pose(0), options);
+    PoseEvaluator evaluator(map, size);
+    evaluator.options().scene_depth = static_cast<float>(scale);
+    for (int k = 0; k < 2; ++k) {
+        evaluator.set_target(targets[static_cast<std::size_t>(k)]);
+        CHECK_FALSE(tracker.track(evaluator, k == 0 ? 1.0 : 1e-3).shutter.rolls());
+    }
 }
 
 TEST_CASE("tracked poses have equal bits over tile sizes, threads and engines, with all blocks and with a part of them")

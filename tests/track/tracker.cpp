@@ -387,5 +387,8 @@ TEST_CASE("a start that is no pose, a depth that is none and odd cells are refus
     auto without_time = options();
     without_time.readout = bad;
     CHECK(tests::error_of([&] { track::Tracker{lens(), 1.0, {}, without_time}; }).find("a camera that reads its rows in no time") == 0);
+    auto rolling = lens();
+    rolling.shutter.turn[1] = 0.1f;
+    CHECK(tests::error_of([&] { track::Tracker{rolling, 1.0, {}, options()}; }).find("a camera with a rolling shutter (a tracker") == 0);
     CHECK(std::string(track::name_of(track::Verdict::weak)) == "weak");
 }

@@ -26,9 +26,10 @@ struct TrackerOptions {
     Method method = Method::hybrid;
     std::uint32_t coarsest = 4;      ///< cell, from frame to frame: a power of two
     std::uint32_t coarsest_wide = 8; ///< cell of the first frame, and of frames after a lost one, which take `hybrid` in place of `forward`
-    /// The time in which the camera reads its rows from the first to the last, in units of the frames' time; 0: all at once. A frame is then
-    /// solved twice: with the shutter (`splat::Shutter`) of the last two tracked poses, and with that of the way to the pose that this finds.
-    /// The first frame, and the first after a lost one, are solved once and without a shutter: nobody knows the motion.
+    /// The time in which the camera reads all rows of a picture, in units of the frames' time; 0: all at once. A frame is then solved twice: with
+    /// the shutter (`splat::Shutter`) of the last two tracked poses, and with that of the way to the pose that this finds; the one with the
+    /// lower cost counts. The first frame, and the first after a lost one, are solved once and without a shutter: nobody knows the motion. So
+    /// is the first solution of a frame that starts at rest, and one whose shutter would turn farther than a camera may (`scene::check_camera`).
     double readout = 0.0;
     bool constant_velocity = true;   ///< start each frame where the last step leads; else from the last pose
     double rows_per_pixel = 3.0;     ///< residuals of a pixel: 3 for colour, 4 with depth
@@ -114,19 +115,32 @@ public:
             judge(tried, share);
             return tried;
         };
-        auto const roll = [&](scene::Pose const& from, scene::Pose const& to, double time) {
+        auto const roll = [&](scene::Pose const& from, scene::Pose const& to, double time) -> bool {
             bool const rolls = options_.readout > 0.0 && time > 0.0;
             lens_.shutter = rolls ? scene::rolling_shutter(from, to, time / options_.readout, lens_, to) : splat::Shutter{};
+            try {
+                scene::check_camera(scene::make_camera(to, lens_));
+                return true;
+            } catch (Error const&) { // it turns farther, while it reads, than a frame can show
+                lens_.shutter = {};
+                return false;
+            }
         };
         roll(before_, last_, moves ? interval_ : 0.0);
         auto frame = attempt(moves ? predicted(before_, last_, gap / interval_) : last_);
         // Also where the first solution is lost: the shutter of a motion that began just now may be what is missing.
         if (options_.readout > 0.0 && tracked_ > 0 && !wide && gap > 0.0 && frame.solution.ending != Ending::unusable) {
-            roll(last_, frame.solution.pose, gap);
-            auto again = attempt(frame.solution.pose);
-            again.start = frame.start, again.solution.evaluations += frame.solution.evaluations;
-            if (again.verdict != Verdict::lost) frame = again;
-            else roll(before_, last_, moves ? interval_ : 0.0);
+            if (roll(last_, frame.solution.pose, gap)) {
+                auto again = attempt(frame.solution.pose);
+                again.start = frame.start;
+                auto const evaluations = again.solution.evaluations + frame.solution.evaluations;
+                bool const better = frame.verdict == Verdict::lost || again.mean_cost <= frame.mean_cost;
+                if (again.verdict != Verdict::lost && better) frame = again;
+                else lens_.shutter = frame.shutter;
+                frame.solution.evaluations = evaluations;
+            } else {
+                lens_.shutter = frame.shutter;
+            }
         }
         if (interval_ > 0.0 && gap > 0.0 && gap <= options_.most_ahead * interval_)
             for (auto const& start : other_starts(gap / interval_, moves)) {

@@ -83,6 +83,8 @@ TILEMESH_HOST Session::Session(scene::Map map, scene::Intrinsics const& lens, do
     if (options.keyframe_every == 0 || !(options.most_open >= 0))
         throw Error("a session cannot have keyframes every " + std::to_string(options.keyframe_every) + " frames and where more than " +
                     std::to_string(options.most_open) + " of a picture is open (1 frame or more, and a share); change them");
+    if (options.tracker.readout > 0.0)
+        throw Error("a session cannot map by a rolling shutter (its maps take a picture as seen at once); leave `tracker.readout` 0");
     work_ = std::unique_ptr<Work>(new Work{options, lens, static_cast<float>(scene_depth), start,
                                            Mapper(std::move(map), static_cast<float>(scene_depth), options.mapper),
                                            track::Tracker(lens, scene_depth, start, options.tracker), nullptr, 0, 0, {}});

@@ -25,6 +25,7 @@ TILEMESH_HOST Tracker::Tracker(scene::Intrinsics const& lens, double scale, scen
 {
     scene::check_camera(scene::make_camera(start, lens));
     scene::check_no_panorama(scene::make_camera(start, lens), "a pose's derivative");
+    scene::check_no_shutter(scene::make_camera(start, lens), "a tracker without `readout`");
     if (!std::isfinite(scale) || !(scale > 0.0))
         throw Error("a camera cannot be tracked from here (the median depth of the map is not finite, or not positive); start where the map "
                     "is seen");
