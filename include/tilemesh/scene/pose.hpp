@@ -82,10 +82,10 @@ TILEMESH_HOST void check_no_panorama(splat::Camera const& camera, char const* wh
 TILEMESH_HOST void check_no_shutter(splat::Camera const& camera, char const* who);
 
 /// The rolling shutter of a camera with this lens that goes from one pose to another, at constant velocities of turn and of place, in `share` of the
-/// time in which it reads its rows, from the top: 1 for the poses of the first and the last row. With time stamps it is their difference over
-/// the time of reading. `at`: the camera's pose, that of the row of its centre.
+/// time in which it reads its rows, from the top: 1 for the poses at the picture's top and bottom edges. With time stamps it is their difference
+/// over the time of reading. `at`: the camera's pose, that of the row of its centre.
 TILEMESH_HOST splat::Shutter rolling_shutter(Pose const& from, Pose const& to, double share, Intrinsics const& lens, Pose const& at);
-/// The camera whose first row has one pose and whose last row the other.
+/// The camera that has one pose when it reads the picture's top edge, and the other at the bottom edge.
 TILEMESH_HOST splat::Camera rolling_camera(Pose const& first, Pose const& last, Intrinsics lens);
 
 /// A centred lens with square pixels that spans `degrees` from the left to the right border of the picture. Throws `Error` for an angle

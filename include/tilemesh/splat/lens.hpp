@@ -56,6 +56,9 @@ static_assert(sizeof(Lens) == 44 && std::is_trivial_v<Lens>, "a lens is plain wo
 /// A splat is drawn as the camera of its mean's row sees it, with the shear that the motion gives it (`splat/projection.hpp`); colours that
 /// depend on the direction are those of the row v = 0. What moves down the picture as fast as the rows are read is not drawn. `reach`, the
 /// largest |v| of a row, follows from the camera as a lens's limit does; leave it 0. At most 1 radian of turn at `reach`.
+///
+/// The mean's row is found by three rounds from the row v = 0, which must see the mean. The rounds are off by less than a pixel while the
+/// picture moves by less than a fifth of a row in the time of a row; a hand does not turn so fast.
 struct Shutter {
     float turn[3], move[3];
     float reach;

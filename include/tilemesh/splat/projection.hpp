@@ -239,7 +239,7 @@ inline std::uint32_t pixel_within(float centre, std::uint32_t span) noexcept
 }
 
 /// The camera of the row on which a mean is seen (Shutter). A rotation is x + k (h x x + h x (h x x)) with h = tan(angle / 2) along its axis and k =
-/// 2 / (1 + h^2): a rotation whatever h is, and within 4e-5 of its angle up to 1 radian.
+/// 2 / (1 + h^2): a rotation whatever h is, and within 8e-5 of its angle up to 1 radian.
 template <class A>
 struct RowMotion {
     using Real = typename A::Real;

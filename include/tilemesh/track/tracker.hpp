@@ -116,15 +116,17 @@ public:
             return tried;
         };
         auto const roll = [&](scene::Pose const& from, scene::Pose const& to, double time) -> bool {
-            bool const rolls = options_.readout > 0.0 && time > 0.0;
-            lens_.shutter = rolls ? scene::rolling_shutter(from, to, time / options_.readout, lens_, to) : splat::Shutter{};
+            lens_.shutter = {};
+            if (!(options_.readout > 0.0 && time > 0.0)) return false;
+            auto rolling = lens_;
+            rolling.shutter = scene::rolling_shutter(from, to, time / options_.readout, lens_, to);
             try {
-                scene::check_camera(scene::make_camera(to, lens_));
-                return true;
+                scene::check_camera(scene::make_camera(to, rolling));
             } catch (Error const&) { // it turns farther, while it reads, than a frame can show
-                lens_.shutter = {};
                 return false;
             }
+            lens_ = rolling;
+            return true;
         };
         roll(before_, last_, moves ? interval_ : 0.0);
         auto frame = attempt(moves ? predicted(before_, last_, gap / interval_) : last_);
